@@ -70,14 +70,15 @@ pub fn described(scored: &Scored, given: &[f64], scope: Scope) -> Option<Describ
     // One term a model: what a second table would add is the error of the first one's form.
     let most = if scored.hypothesis.model.unnamed.is_empty() { TRIED } else { 0 };
     let first = &look.ranked[..most.min(look.ranked.len())];
-    let tried = each(first).filter_map(|dependence| Tried::improving(scored, dependence, given)).collect();
-    let (candidate, share, fitted) = match ranked(tried, |it| it.share, |it| &it.candidate).into_iter().next()
-    {
-        Some(it) => (it.candidate, it.share, Some(it.fitted)),
-        None => (look.ranked[0].candidate.clone(), look.ranked[0].held_out, None),
+    let tried: Vec<(&Dependence, f64, Fitted)> =
+        each(first).filter_map(|dependence| improving(scored, dependence, given)).collect();
+    let best = ranked(tried, |it| it.1, |it| &it.0.candidate).into_iter().next();
+    let (found, share, fitted) = match best {
+        Some((found, share, fitted)) => (found, share, Some(fitted.measured(scored, found))),
+        None => (&look.ranked[0], look.ranked[0].held_out, None),
     };
-    let term: &Term = fitted.as_ref().map_or(&candidate.term, |fitted| &fitted.term);
-    let over = candidate.told();
+    let term: &Term = fitted.as_ref().map_or(&found.candidate.term, |fitted| &fitted.term);
+    let over = found.candidate.told();
     Some(Described {
         share,
         plot: picture::of(scored, &look.tracks, &look.compared, term),
@@ -125,33 +126,27 @@ fn looked(scored: &Scored, with: Option<&Fitted>, scope: Scope) -> Look {
     Look { ranked: ranked(found, Dependence::score, |it| &it.candidate), tracks, compared }
 }
 
-/// A dependence whose table was fitted in free run.
-struct Tried {
-    candidate: Candidate,
-    fitted: Fitted,
-    /// The share of the held-out remainder that the simulation with the term predicts, in the record for which it is smallest.
-    share: f64,
-}
-
-impl Tried {
-    /// Only if the term lowers the gap of every held-out record, below what the model as given leaves, too.
-    fn improving(scored: &Scored, dependence: &Dependence, given: &[f64]) -> Option<Self> {
-        let fitted = refit::fitted(scored, dependence);
-        let dataset = scored.hypothesis.dataset;
-        let (without, with) = (scored.held_out(), fitted.beside(scored).held_out());
-        let mut every = with.iter().zip(&without);
-        let lower = every.all(|(with, without)| with < without) && no_more(&with, given, 1.0);
-        if !lower || sum(&with) >= LOWERED * sum(&without) {
-            return None;
-        }
-        let every = with.iter().zip(&without).zip(dataset.held_out_samples());
-        let shares = every.map(|((with, without), samples)| {
-            let noise = samples as f64 * dataset.sigma * dataset.sigma;
-            (without - with) / (without - noise).max(0.1 * without)
-        });
-        let share = shares.fold(1.0, f64::min);
-        Some(Self { candidate: dependence.candidate.clone(), fitted, share })
+/// A dependence with its table fitted in free run, and the share of the held-out remainder that the simulation with it predicts, in the
+/// record for which it is smallest. Only if the term lowers the gap of every held-out record, below what the model as given leaves, too.
+fn improving<'d>(
+    scored: &Scored,
+    dependence: &'d Dependence,
+    given: &[f64],
+) -> Option<(&'d Dependence, f64, Fitted)> {
+    let fitted = refit::fitted(scored, dependence);
+    let dataset = scored.hypothesis.dataset;
+    let (without, with) = (scored.held_out(), fitted.beside(scored).held_out());
+    let mut every = with.iter().zip(&without);
+    let lower = every.all(|(with, without)| with < without) && no_more(&with, given, 1.0);
+    if !lower || sum(&with) >= LOWERED * sum(&without) {
+        return None;
     }
+    let every = with.iter().zip(&without).zip(dataset.held_out_samples());
+    let shares = every.map(|((with, without), samples)| {
+        let noise = samples as f64 * dataset.sigma * dataset.sigma;
+        (without - with) / (without - noise).max(0.1 * without)
+    });
+    Some((dependence, shares.fold(1.0, f64::min), fitted))
 }
 
 /// On what the table of a term acts: a model that does not know torques counts in the unit of its input.

@@ -1,12 +1,12 @@
 //! The table of a term fitted in free run, together with the numbers of the model.
 
 use super::regression::{Dependence, bends};
-use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH};
+use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH, Setting};
 use crate::gap::hypothesis::Hypothesis;
 use crate::gap::problem::{Problem, dot};
 use crate::gap::residual::inflation;
 use crate::gap::scored::Scored;
-use crate::gap::solver::{Schedule, Solution, covariance, solve};
+use crate::gap::solver::{Schedule, covariance, solve};
 use crate::gap::threads::*;
 use crate::system::model::{Model, UNNAMED, Unnamed};
 use crate::system::plant::physics::Physics;
@@ -26,7 +26,7 @@ pub struct Fitted {
     pub model: Model,
     /// The term's table.
     pub term: Term,
-    /// Standard deviations of its values.
+    /// Standard deviations of its values, once they were [measured](Self::measured).
     pub stds: Vec<f64>,
     /// The numbers of the hypothesis beside it.
     pub fit: Fit,
@@ -43,10 +43,27 @@ struct Together<'h, 'a> {
     /// Root of what a bend costs, in that unit.
     stiffness: f64,
     bends: Vec<[(usize, f64); 3]>,
-    alike: bool,
 }
 
-impl Together<'_, '_> {
+impl<'h, 'a> Together<'h, 'a> {
+    fn of(hypothesis: &'h Hypothesis<'a>, dependence: &Dependence, setting: &Setting) -> Self {
+        let (scales, term) = (&hypothesis.dataset.scales, &dependence.candidate.term);
+        let unit = match term.acts {
+            Acting::Torque => scales.torque,
+            Acting::Input => scales.input,
+            Acting::Reading => 1.0,
+        };
+        Self {
+            hypothesis,
+            evaluator: Evaluator::new(hypothesis, setting),
+            coarse: Evaluator::new(hypothesis, &SEARCH),
+            stiffness: dependence.stiffness.sqrt() * unit,
+            bends: bends(term),
+            term: term.clone(),
+            unit,
+        }
+    }
+
     fn plant(&self, x: &[f64]) -> Physics {
         let (values, numbers) = x.split_at(self.term.values.len());
         let mut plant = self.hypothesis.plant(numbers);
@@ -78,7 +95,7 @@ impl Problem for Together<'_, '_> {
     }
 
     fn probes_alike(&self) -> bool {
-        self.alike
+        self.evaluator.probes_alike()
     }
 
     fn bounds(&self, slot: usize) -> (f64, f64) {
@@ -101,75 +118,42 @@ impl Problem for Together<'_, '_> {
 /// Fits the table of a dependence in free run.
 pub fn fitted(scored: &Scored, dependence: &Dependence) -> Fitted {
     let hypothesis = &scored.hypothesis;
-    let unit = unit(hypothesis, dependence.candidate.term.acts);
-    let term = &dependence.candidate.term;
+    let mut problem = Together::of(hypothesis, dependence, &SEARCH);
+    let (unit, term) = (problem.unit, &dependence.candidate.term);
     let mut x: Vec<f64> = term.values.iter().map(|value| value / unit).collect();
     x.extend(&scored.fit.x);
     let schedule = |iterations| Schedule { iterations, slow: 1e-3, negligible: 0.02 };
-    let mut problem = together(hypothesis, dependence, unit, true);
     let mut solution = solve(&mut problem, &x, &schedule(STEPS[0]));
-    problem = together(hypothesis, dependence, unit, false);
+    problem = Together::of(hypothesis, dependence, &FINAL);
     solution = solve(&mut problem, &solution.x, &schedule(STEPS[1]));
-    let stds = deviations(&mut problem, &solution, unit);
-    told(hypothesis, term, unit, solution, stds)
-}
-
-fn together<'h, 'a>(
-    hypothesis: &'h Hypothesis<'a>,
-    dependence: &Dependence,
-    unit: f64,
-    coarse: bool,
-) -> Together<'h, 'a> {
-    Together {
-        hypothesis,
-        evaluator: Evaluator::new(hypothesis, if coarse { &SEARCH } else { &FINAL }),
-        coarse: Evaluator::new(hypothesis, &SEARCH),
-        term: dependence.candidate.term.clone(),
-        unit,
-        stiffness: dependence.stiffness.sqrt() * unit,
-        bends: bends(&dependence.candidate.term),
-        alike: coarse,
-    }
-}
-
-/// What the values of a table are measured by.
-fn unit(hypothesis: &Hypothesis, acts: Acting) -> f64 {
-    let scales = &hypothesis.dataset.scales;
-    match acts {
-        Acting::Torque => scales.torque,
-        Acting::Input => scales.input,
-        Acting::Reading => 1.0,
-    }
-}
-
-/// Standard deviations of the values: the residuals are neither as small as the noise nor independent of each other.
-fn deviations(problem: &mut Together, solution: &Solution, unit: f64) -> Vec<f64> {
-    let size = problem.term.values.len();
-    let samples = solution.residuals.len() - problem.bends.len();
-    let compared = &solution.residuals[..samples];
-    let factor = (dot(compared, compared) / samples as f64).max(1.0) * inflation(compared);
-    let found = covariance(problem, &solution.x, |_, information| 1e-9 * (1.0 + information));
-    let variance = |k: usize| found.as_ref().map_or(f64::INFINITY, |found| found[(k, k)].max(0.0));
-    (0..size).map(|k| unit * (variance(k) * factor).sqrt()).collect()
-}
-
-fn told(hypothesis: &Hypothesis, term: &Term, unit: f64, solution: Solution, stds: Vec<f64>) -> Fitted {
     let (values, x) = solution.x.split_at(term.values.len());
     let term = Term { values: values.iter().map(|value| value * unit).collect(), ..term.clone() };
     let mut model = hypothesis.model.clone();
-    model.unnamed.push(Unnamed {
-        name: format!("{UNNAMED}{}", model.unnamed.len() + 1),
-        term: term.clone(),
-        stds: Some(stds.clone()),
-        origin: None,
-    });
+    let name = format!("{UNNAMED}{}", model.unnamed.len() + 1);
+    model.unnamed.push(Unnamed { name, term: term.clone(), stds: None, origin: None });
     let samples = solution.residuals.len() - hypothesis.priors(x).count() - bends(&term).len();
     let compared = &solution.residuals[..samples];
     let fit = Fit { x: x.to_vec(), cost: solution.cost, chi2: dot(compared, compared), samples };
-    Fitted { model, term, stds, fit }
+    Fitted { model, term, stds: Vec::new(), fit }
 }
 
 impl Fitted {
+    /// The same with standard deviations: the residuals are neither as small as the noise nor independent of each other.
+    pub fn measured(mut self, scored: &Scored, dependence: &Dependence) -> Self {
+        let mut problem = Together::of(&scored.hypothesis, dependence, &FINAL);
+        let unit = problem.unit;
+        let values = self.term.values.iter().map(|value| value / unit);
+        let (x, mut residuals) = (values.chain(self.fit.x.iter().copied()).collect::<Vec<f64>>(), Vec::new());
+        problem.residuals(&x, &mut residuals);
+        let compared = &residuals[..residuals.len() - problem.bends.len()];
+        let factor = (dot(compared, compared) / compared.len() as f64).max(1.0) * inflation(compared);
+        let found = covariance(&mut problem, &x, |_, information| 1e-9 * (1.0 + information));
+        let variance = |k: usize| found.as_ref().map_or(f64::INFINITY, |found| found[(k, k)].max(0.0));
+        self.stds = (0..self.term.values.len()).map(|k| unit * (variance(k) * factor).sqrt()).collect();
+        self.model.unnamed.last_mut().expect("its own term").stds = Some(self.stds.clone());
+        self
+    }
+
     /// A set with the term, as a fitted hypothesis of the extended model.
     pub fn beside<'a>(&'a self, scored: &Scored<'a>) -> Scored<'a> {
         let items = scored.hypothesis.items.clone();

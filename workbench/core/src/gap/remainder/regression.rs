@@ -54,6 +54,7 @@ pub struct Regression<'s, 'a> {
 }
 
 /// Sums of a regression over some samples.
+#[derive(Clone)]
 pub struct Sums {
     /// Products of its columns.
     pub information: DMatrix<f64>,
@@ -64,8 +65,10 @@ pub struct Sums {
 impl Sums {
     /// Over all rows of the columns.
     pub fn of(columns: &DMatrix<f64>, residual: &DVector<f64>) -> Self {
-        let product = |i: usize, j: usize| dot(columns.column(i).as_slice(), columns.column(j).as_slice());
-        let information = DMatrix::from_fn(columns.ncols(), columns.ncols(), product);
+        let column = |k: usize| columns.column(k);
+        let product = |i, j| if i < j { 0.0 } else { dot(column(i).as_slice(), column(j).as_slice()) };
+        let mut information = DMatrix::from_fn(columns.ncols(), columns.ncols(), product);
+        information.fill_upper_triangle_with_lower_triangle();
         Self { information, projected: columns.tr_mul(residual) }
     }
 }
@@ -99,7 +102,13 @@ impl<'s, 'a> Regression<'s, 'a> {
         };
         let tried = STIFFNESSES.iter().filter_map(|stiffness| trial(*stiffness));
         let (crossed, stiffness) = tried.max_by(|a, b| a.0.total_cmp(&b.0))?;
-        let values = self.bounded(&self.sums(&columns, in_log), &candidate.term, unit, stiffness)?;
+        // Both folds together, where the second one is no other record, are the log.
+        let mut log = sums[0].clone();
+        if self.compared.iter().any(|it| in_log(it) && folds[1](it)) {
+            log.information += &sums[1].information;
+            log.projected += &sums[1].projected;
+        }
+        let values = self.bounded(&log, &candidate.term, unit, stiffness)?;
         let mut candidate = candidate.clone();
         candidate.term.values = values.iter().take(size).copied().collect();
         Some(Dependence {
