@@ -25,7 +25,10 @@ def shifted(model: Model, terms: list[Term], found: Array, covariance: Array) ->
     if model.fitted or model.ke == 0.0:
         return []
     names = [term.name for term in terms]
-    places = [names.index(name) for name in ("u", "w", "w d") if name in names]
+    own = [name for name in ("u", "w", "w d") if name in names]
+    places = [names.index(name) for name in own]
+    if not own:
+        return []
     weight = np.linalg.pinv(covariance[np.ix_(places, places)], hermitian=True)
     root = np.linalg.cholesky(weight + 1e-12 * np.trace(weight) * np.eye(len(places)))
     claimed = np.array([model.kt / model.r, model.kt * model.ke / model.r, model.b]) / model.j
@@ -33,7 +36,8 @@ def shifted(model: Model, terms: list[Term], found: Array, covariance: Array) ->
 
     def expected(logs: Array) -> Array:
         drive, back, viscous = claimed * np.exp(logs @ powers)
-        return np.array([drive, -viscous, -back]) if "w d" in names else np.array([drive, -viscous - back])
+        terms = {"u": drive, "w": -viscous if "w d" in names else -viscous - back, "w d": -back}
+        return np.array([terms[name] for name in own])
 
     def cost(wide: int | None) -> tuple[float, float]:
         spread = np.full(len(powers), model.tolerance)
