@@ -39,7 +39,7 @@ KNOWN = {
 STATIC = {"paper", "micromouse_left_sweep", "micromouse_right_sweep", "un_map"}
 QUICK = {"micromouse_left_starts", "basebot_drive", "un_map"}
 #: Drawn cases: 24 with one hidden effect and 6 with none. Nobody had looked at these seeds when they were chosen.
-DRAWN = (("single", 24, 880_001), ("nothing", 6, 881_001))
+DRAWN = (("single", 24, 912_001), ("nothing", 6, 913_001))
 
 Row = dict[str, str]
 
