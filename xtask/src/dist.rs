@@ -67,8 +67,8 @@ fn packed(program: &Path, out: &Path) -> Result<PathBuf> {
     Ok(archive)
 }
 
-/// Can the crates of the command line be packed, each with all that it needs?
+/// Can the crates that others build on be packed, each with all that it needs?
 pub fn packages() -> Result<()> {
     let mut package = cargo(&["package", "--quiet", "--no-verify", "--allow-dirty"]);
-    run(package.args(programs::PUBLISHED.iter().flat_map(|name| ["--package", name])))
+    run(package.args(programs::PACKED.iter().flat_map(|name| ["--package", name])))
 }

@@ -36,7 +36,7 @@ pub fn everything() -> Result<()> {
     run(image::bench("clippy").args(["--", "-D", "warnings"]))?;
     steps.next("the engine in a browser");
     run(&mut programs::engine_check(setup::BROWSER))?;
-    steps.next("packages of the command line");
+    steps.next("packages");
     crate::dist::packages()?;
     steps.next("documentation");
     for selection in selections() {
