@@ -19,7 +19,12 @@ use truing::system::effects::LIBRARY;
 use truing::system::log::{Columns, Log};
 use truing::system::model;
 
-create_exception!(truing, InputError, PyValueError, "A model, a log or an argument that cannot be used: what is wrong, where, and what mends it.");
+create_exception!(
+    truing,
+    InputError,
+    PyValueError,
+    "A model, a log or an argument that cannot be used: what is wrong, where, and what mends it."
+);
 
 /// What goes wrong is told as the command line tells it.
 fn refused(error: impl Into<anyhow::Error>) -> PyErr {
@@ -57,7 +62,8 @@ fn gap_(
     let (model, outcome) = search::run(py, arguments, draft, Logs::of(logs), progress)?;
     let html = Html { subtitle: &subtitle, command: &call };
     let extended = ModelFile { original: &model.source_text, origin: &origin };
-    let texts = [Json.export(&outcome), html.export(&outcome), extended.export(&outcome), Terminal.export(&outcome)];
+    let texts =
+        [Json.export(&outcome), html.export(&outcome), extended.export(&outcome), Terminal.export(&outcome)];
     let [json, html, extended, text] = texts.map(|text| text.map_err(refused));
     Ok((json?, html?, extended?, text?))
 }
@@ -122,7 +128,13 @@ fn effects_() -> String {
 
 /// A drawn case: model, log and held-out log as texts, the answer as JSON.
 #[pyfunction]
-fn case_(py: Python<'_>, set: &str, seed: u32, rows: usize, current: Option<bool>) -> PyResult<(String, String, String, String)> {
+fn case_(
+    py: Python<'_>,
+    set: &str,
+    seed: u32,
+    rows: usize,
+    current: Option<bool>,
+) -> PyResult<(String, String, String, String)> {
     let set = <cases::Set as clap::ValueEnum>::from_str(set, false).map_err(InputError::new_err)?;
     let spec = cases::Spec { rows, current, ..cases::Spec::new(set) };
     let case = py.detach(|| cases::draw(&spec, seed));

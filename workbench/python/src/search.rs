@@ -67,13 +67,18 @@ pub fn run(
     let search = thread::Builder::new().name("truing".into()).spawn(search)?;
     while !shared.done.load(Ordering::Acquire) {
         py.detach(|| thread::park_timeout(BEAT));
-        if let Err(interrupt) = py.check_signals().and_then(|()| tell(py, progress.as_ref(), &shared, begun)) {
+        if let Err(interrupt) = py.check_signals().and_then(|()| tell(py, progress.as_ref(), &shared, begun))
+        {
             shared.cancelled.store(true, Ordering::Relaxed);
             return Err(interrupt);
         }
     }
     let found = py.detach(|| search.join()).and_then(|found| found);
-    found.map_err(|_| PyRuntimeError::new_err("the search failed; this is a fault of truing, please report it"))?.map_err(refused)
+    found
+        .map_err(|_| {
+            PyRuntimeError::new_err("the search failed; this is a fault of truing, please report it")
+        })?
+        .map_err(refused)
 }
 
 /// Calls back with seconds, fitted candidates and the last sentence.
