@@ -171,7 +171,8 @@ class Look(Mapping[str, Any]):
     @property
     def refused(self) -> str | None:
         """Why the log cannot be read as it is."""
-        return self._seen["refused"]
+        refused: str | None = self._seen["refused"]
+        return refused
 
     @property
     def notes(self) -> list[str]:

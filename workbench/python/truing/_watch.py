@@ -72,8 +72,10 @@ def _notebook() -> Callable[[str], object] | None:
     shell: Any = getattr(sys.modules.get("IPython"), "get_ipython", lambda: None)()
     if shell is None or not hasattr(shell, "kernel"):
         return None
-    from IPython.display import HTML, display
+    import IPython.display
 
+    HTML: Any = IPython.display.HTML  # noqa: N806
+    display: Any = IPython.display.display
     handle = display(HTML(""), display_id=True)
 
     def show(text: str) -> None:

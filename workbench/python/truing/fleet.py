@@ -4,21 +4,28 @@ Ray holds nothing that matters: results are files in a folder that all machines 
 the same bytes whoever writes it. After any kill, run it again.
 """
 
+from __future__ import annotations
+
 import csv
 import os
 import secrets
 import subprocess
+from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from datetime import datetime, timezone
 from pathlib import Path
+from typing import Any, TypeAlias
 
+#: Model, log, unit, time.
+Check: TypeAlias = tuple[str, str, str, str]
 # How often Ray starts a task again whose worker dies. A task that was begun again goes on behind its last result.
 RETRIES = 100
 
 
-def tasks(manifest):
+def tasks(manifest: str | os.PathLike[str]) -> list[list[Check]]:
     """The rows of each unit in the order of time, as arguments of a check: (model, log, unit, time)."""
-    folder, units = Path(manifest).resolve().parent, {}
+    folder = Path(manifest).resolve().parent
+    units: dict[str, list[tuple[datetime, Check]]] = {}
     with open(manifest, newline="") as file:
         for row in csv.DictReader(file, skipinitialspace=True):
             at = datetime.fromisoformat(row["time"].strip().replace("Z", "+00:00"))
@@ -28,7 +35,7 @@ def tasks(manifest):
     return [[check for _, check in sorted(rows)] for _, rows in sorted(units.items())]
 
 
-def judge(rows, into, command=None):
+def judge(rows: Sequence[Check], into: str | os.PathLike[str], command: Sequence[str] | None = None) -> list[str]:
     """Judges the logs of one unit; returns a sentence for each that could not be judged."""
     os.environ["RAYON_NUM_THREADS"] = "1"  # A worker has one core: threads would only wait for each other.
     failed = []
@@ -48,13 +55,19 @@ def judge(rows, into, command=None):
     return failed
 
 
-def _module():
+def _module() -> Callable[..., object] | None:
     import truing
 
     return getattr(truing, "fleet_check", None)
 
 
-def run(manifest, into, workers=None, address=None, command=None):
+def run(
+    manifest: str | os.PathLike[str],
+    into: str | os.PathLike[str],
+    workers: int | None = None,
+    address: str | None = None,
+    command: Sequence[str] | None = None,
+) -> list[str]:
     """Judges all logs of a manifest and returns what could not be judged, a sentence each.
 
     `workers`: one-core workers, as many as there are cores unless said otherwise. `address`: a Ray cluster that runs already; its
@@ -67,12 +80,13 @@ def run(manifest, into, workers=None, address=None, command=None):
         import ray
     except ImportError:
         with ProcessPoolExecutor(workers) as pool:
-            return sum(pool.map(judge, units, [into] * len(units), [command] * len(units)), [])
+            told = pool.map(judge, units, [into] * len(units), [command] * len(units))
+            return [one for unit in told for one in unit]
     if not ray.is_initialized():
-        alone = {}
+        alone: dict[str, Any] = {}
         if address is None:  # Ray listens on this machine only, and its token does not go into a file of the home folder.
             os.environ.setdefault("RAY_AUTH_TOKEN", secrets.token_hex(32))
             alone = dict(num_cpus=workers, _node_ip_address="127.0.0.1", include_dashboard=False)
         ray.init(address=address, log_to_driver=False, **alone)
     task = ray.remote(num_cpus=1, max_retries=RETRIES, retry_exceptions=[RuntimeError])(judge)
-    return sum(ray.get([task.remote(rows, into, command) for rows in units]), [])
+    return [one for unit in ray.get([task.remote(rows, into, command) for rows in units]) for one in unit]
