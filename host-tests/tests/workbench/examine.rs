@@ -353,7 +353,7 @@ fn a_speed_without_noise_in_rpm_is_told() {
     let text: String = std::iter::once("t_s,u_v,omega_rad_s\n".to_owned()).chain((0..800).map(row)).collect();
     let log = log::parse("log.csv", &text, &Columns::default()).unwrap();
     let faults = examine::faults(&model, &log, &[]);
-    assert!(faults.len() == 1 && faults[0].remedy.contains("omega_rpm"), "{faults:?}");
+    assert!(faults.len() == 1 && faults[0].what.contains("rpm"), "{faults:?}");
 }
 
 #[test]

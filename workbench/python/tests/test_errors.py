@@ -55,4 +55,4 @@ def test_a_unit_that_is_none_is_told_with_its_option() -> None:
 def test_a_log_in_another_unit_is_a_verdict_and_says_what_mends_it() -> None:
     result = truing.gap(MODEL, log(omega_rad_s=60 * 9.5493 * np.sin(np.arange(0, 8, 0.01))))
     assert result.verdict == "data"
-    assert "rpm" in result.data[0]["remedy"], result.data
+    assert "rpm" in result.data[0]["what"] and "--columns" in result.data[0]["remedy"]
