@@ -18,6 +18,7 @@ use truing::fleet::manifest;
 use truing::fleet::moment::Moment;
 use truing::fleet::stats::spread::Method;
 use truing::fleet::store::{Effect, Kept, Key, Number, Store, Told};
+use truing::system::effects;
 
 #[derive(Parser)]
 struct Arguments {
@@ -242,7 +243,7 @@ fn scatter(pilot: &[(String, Vec<Kept>)]) -> f64 {
 
 /// Value and sigma of a log's friction.
 fn friction(kept: &Kept) -> Option<[f64; 2]> {
-    let effect = kept.outcome.effects.iter().find(|effect| effect.name == "coulomb_friction")?;
+    let effect = kept.outcome.effects.iter().find(|effect| effect.name == effects::COULOMB_FRICTION.name)?;
     let number = effect.parameters.get("level_nm")?;
     Some([number.value?, number.std?])
 }

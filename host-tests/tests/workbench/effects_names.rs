@@ -7,11 +7,13 @@ use std::path::{Path, PathBuf};
 use truing::system::effects::LIBRARY;
 
 /// Product code.
-const ROOMS: [&str; 10] = [
+const ROOMS: [&str; 12] = [
     "src",
     "workbench/src",
     "workbench/core/src",
     "workbench/files/src",
+    "workbench/formats/src",
+    "workbench/fleet/src",
     "workbench/report/src",
     "workbench/servo/src",
     "workbench/proving/src",
