@@ -1,6 +1,6 @@
 //! What is handed to people who build nothing: a program that stands alone, and the Python package.
 
-use crate::process::{cargo, root, run};
+use crate::process::{root, run};
 use crate::programs::{self, Program};
 use crate::wheel;
 use anyhow::{Context, Result, bail};
@@ -69,6 +69,5 @@ fn packed(program: &Path, out: &Path) -> Result<PathBuf> {
 
 /// Can the crates that others build on be packed, each with all that it needs?
 pub fn packages() -> Result<()> {
-    let mut package = cargo(&["package", "--quiet", "--no-verify", "--allow-dirty"]);
-    run(package.args(programs::PACKED.iter().flat_map(|name| ["--package", name])))
+    run(&mut programs::packing())
 }

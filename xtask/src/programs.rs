@@ -97,8 +97,15 @@ pub fn mutants() -> Command {
 }
 
 /// Servo, engine and what reads and tells for it. The command line cannot be packed: it knows the boards, whose data lie with the image.
-pub const PACKED: [&str; 6] =
+const PACKED: [&str; 6] =
     ["servo", "reference-plant", ENGINE, "truing-formats", "truing-files", "truing-report"];
+
+/// Packs them without building them anew.
+pub fn packing() -> Command {
+    let mut command = cargo(&["package", "--quiet", "--no-verify", "--allow-dirty"]);
+    command.args(PACKED.iter().flat_map(|name| ["--package", name]));
+    command
+}
 
 /// The workbench's engine.
 const ENGINE: &str = "truing-core";

@@ -104,4 +104,5 @@ impl<'de> Visitor<'de> for Value<'_> {
 
 /// The name of a field, without a copy where it stands as it is.
 #[derive(serde::Deserialize)]
+#[serde(transparent)]
 struct Name<'a>(#[serde(borrow)] Cow<'a, str>);
