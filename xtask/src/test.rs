@@ -58,7 +58,8 @@ pub fn everything() -> Result<()> {
     steps.next("our parts beside published crates");
     crate::bench::print()?;
     steps.next("commands that README and documents show");
-    run(cargo(&["build", "--bins"]).args(&selections()[0]))?;
+    // With the tests named, features are those that the tests were built with: nothing is built a second time.
+    run(cargo(&["build", "--bins", "--tests"]).args(&selections()[0]))?;
     documents::check_arguments()?;
     steps.close();
     tally.close();

@@ -1,0 +1,3 @@
+//! The loop that closes itself: record a motor, name what its model lacks, compensate it, measure again, keep or roll back.
+
+#![deny(clippy::print_stdout, clippy::print_stderr)]
