@@ -43,5 +43,6 @@ pub use proving::{self, synthetic};
 pub use truing_core::{gap, outcome, system, text};
 pub use truing_files as files;
 pub use truing_fleet as fleet;
+pub use truing_improve as improve;
 pub use truing_report::{console, report};
 pub use truing_servo::{self as servo_host, device};

@@ -13,6 +13,7 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use proving::commands::{bench, cases, demo, instructions, judge};
 use truing_core::text::input_error::nearest;
+use truing_improve::commands::record;
 use truing_servo::commands::{capture, commission, monitor, move_to, params, replay, track};
 
 /// For the help.
@@ -65,6 +66,8 @@ pub enum Command {
     Monitor(monitor::Arguments),
     /// Read, change, store and reset a servo's parameters; turn a model into parameters.
     Params(params::Arguments),
+    /// Move a servo so that its log tells effects apart, within its limits.
+    Record(record::Arguments),
     /// Run a firmware log through the library on the host and compare every bit.
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
@@ -111,6 +114,7 @@ impl Cli {
             Command::Capture(arguments) => capture::run(&arguments),
             Command::Monitor(arguments) => monitor::run(&arguments),
             Command::Params(arguments) => params::run(&arguments),
+            Command::Record(arguments) => record::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
             Command::Completions(arguments) => completions::run(&arguments),

@@ -12,20 +12,21 @@ use servo::record::Activity;
 const STILL_COUNTS: i32 = 1;
 
 /// What has arrived.
-pub(super) struct Kept {
-    pub axis: u8,
+pub struct Kept {
+    pub(super) axis: u8,
+    /// Every record.
     pub log: RunLog,
-    pub ended: Option<Outcome>,
-    pub captured: Option<Captured>,
-    pub estimates: Option<EstimatesReport>,
+    pub(super) ended: Option<Outcome>,
+    pub(super) captured: Option<Captured>,
+    pub(super) estimates: Option<EstimatesReport>,
     /// The same in the servo's own units; nothing at first.
-    pub known: Estimates,
+    pub(super) known: Estimates,
     /// The last fault that any telemetry has told, before the first configuration too.
-    pub fault: Fault,
+    pub(super) fault: Fault,
 }
 
 impl Kept {
-    pub fn take(&mut self, message: Message) {
+    pub(super) fn take(&mut self, message: Message) {
         if message.axis().is_some_and(|axis| axis != self.axis) {
             return;
         }
@@ -52,7 +53,7 @@ impl Kept {
         }
     }
 
-    pub fn learn(&mut self, estimates: &Estimates) {
+    pub(super) fn learn(&mut self, estimates: &Estimates) {
         self.known = *estimates;
         self.estimates = self.log.config.build().ok().map(|scale| estimates.report(&scale));
     }
@@ -62,6 +63,7 @@ impl Kept {
         Progress { log: &self.log, task, share, estimates: self.estimates.as_ref(), done }
     }
 
+    /// The last tick.
     pub fn now(&self) -> u32 {
         self.log.rows.last().map_or(0, |row| row.tick)
     }
@@ -73,6 +75,7 @@ impl Kept {
         rows.len() >= still && spread(recent) <= STILL_COUNTS
     }
 
+    /// What the axis was doing then.
     pub fn activity(&self) -> Activity {
         self.log.rows.last().map_or(Activity::Idle, |row| row.record.activity)
     }

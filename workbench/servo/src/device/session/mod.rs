@@ -14,7 +14,7 @@ use crate::device::link::{Client, Farewell, Lockstep, Serial, Wire, fault_advice
 use crate::device::motor::{Builtin, Door, Exec, Motor, qemu};
 use crate::device::run_log::RunLog;
 use crate::device::setup::Setup;
-use kept::Kept;
+pub use kept::Kept;
 use learning::stored;
 use servo::config::Config;
 use servo::control::Tuning;
@@ -170,11 +170,13 @@ fn ending(error: InputError, fault: Fault, stopped: bool) -> InputError {
     })
 }
 
-/// An open session.
-struct Session {
+/// An open session, for whoever drives a servo step by step.
+pub struct Session {
     client: Client,
-    kept: RefCell<Kept>,
-    every: u32,
+    /// What has arrived so far.
+    pub kept: RefCell<Kept>,
+    /// One record in so many ticks.
+    pub every: u32,
     capture: Option<(Trigger, u16)>,
     cleared: Fault,
     tuning: Tuning,
@@ -183,7 +185,8 @@ struct Session {
 }
 
 impl Session {
-    fn open(wire: Box<dyn Wire>, start: Start, listening: Listening) -> Result<Self, InputError> {
+    /// Subscribes, opens the bridge and puts in force what `start` says. A servo that refuses is stopped.
+    pub fn open(wire: Box<dyn Wire>, start: Start, listening: Listening) -> Result<Self, InputError> {
         let Listening { axis, every } = listening;
         let mut client = Client::new(wire);
         client.select(axis);
@@ -279,7 +282,7 @@ impl Session {
     }
 
     /// Opens the bridge if the servo can still be reached; why the session ended, in words.
-    fn halt(&mut self, error: InputError) -> InputError {
+    pub fn halt(&mut self, error: InputError) -> InputError {
         // A stop clears the fault.
         let fault = self.kept.get_mut().fault;
         let stopped = self.client.stop(&mut |message| self.kept.borrow_mut().take(message));
@@ -320,7 +323,8 @@ impl Session {
         Ok(())
     }
 
-    fn config(&self) -> Config {
+    /// The configuration in force.
+    pub fn config(&self) -> Config {
         self.kept.borrow().log.config
     }
 
@@ -329,14 +333,14 @@ impl Session {
     }
 
     /// Sends a command, waits for its answer and keeps it with the tick in which it acted.
-    fn command(&mut self, command: Command) -> Result<u32, InputError> {
+    pub fn command(&mut self, command: Command) -> Result<u32, InputError> {
         let tick = self.client.command(command, &mut |message| self.kept.borrow_mut().take(message))?;
         self.kept.borrow_mut().log.commands.push((tick, command));
         Ok(tick)
     }
 
     /// Lets the servo run up to a tick, or until `until` says so; returns the tick reached.
-    fn run_to(
+    pub fn run_to(
         &mut self,
         end: u32,
         until: impl Fn(&Kept) -> bool,
@@ -359,17 +363,20 @@ impl Session {
         }
     }
 
-    fn ticks(&self, seconds: f64) -> u32 {
+    /// s → control ticks.
+    pub fn ticks(&self, seconds: f64) -> u32 {
         (seconds * f64::from(self.config().tick_hz)).round() as u32
     }
 
-    fn pause(&mut self, seconds: f64) -> Result<(), InputError> {
+    /// Lets the servo run for so long, s.
+    pub fn pause(&mut self, seconds: f64) -> Result<(), InputError> {
         let end = self.kept.borrow().now() + self.ticks(seconds).max(2);
         self.run_to(end, |_| false, "pause", &mut |_| {})?;
         Ok(())
     }
 
-    fn close(self, done: Vec<Done>, broken: Option<InputError>) -> SessionResult {
+    /// Ends the connection; all that was recorded.
+    pub fn close(self, done: Vec<Done>, broken: Option<InputError>) -> SessionResult {
         let (cleared, tuning, fitted) = (self.cleared, self.tuning, self.fitted);
         let Farewell { firmware_log, motor_flags } = self.client.close();
         let Kept { mut log, captured, .. } = self.kept.into_inner();

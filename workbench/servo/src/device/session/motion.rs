@@ -194,12 +194,12 @@ impl Session {
     }
 
     /// Records without motion that make a standstill.
-    pub(super) fn standstill(&self) -> usize {
+    pub fn standstill(&self) -> usize {
         (self.ticks(STILL_S) as usize / self.every.max(1) as usize).max(2)
     }
 
     /// Position now, rad from power-up.
-    pub(super) fn here(&self) -> f32 {
+    pub fn here(&self) -> f32 {
         let kept = self.kept.borrow();
         let counts = kept.log.rows.last().map_or(0, |row| row.record.count.wrapping_sub(kept.log.zero()));
         counts as f32 * TAU / kept.log.config.counts_per_rev as f32
