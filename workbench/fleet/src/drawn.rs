@@ -149,12 +149,8 @@ impl Fleet {
             for day in 0..self.days {
                 let name = format!("logs/{unit:03}-{:02}.csv", day + 1);
                 write_atomically(&folder.join(&name), &self.log(unit, day, fate))?;
-                manifest.write_record([
-                    &format!("{unit:03}"),
-                    &(first + day).to_string(),
-                    "sheet.toml",
-                    &name,
-                ])?;
+                let (unit, time) = (format!("{unit:03}"), (first + day).to_string());
+                manifest.write_record([&unit, &time, "sheet.toml", &name])?;
             }
         }
         let text = String::from_utf8(manifest.into_inner()?).context("the manifest is text")?;

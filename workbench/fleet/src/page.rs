@@ -5,6 +5,7 @@ use crate::findings::{Changed, Findings, SpreadOf};
 use crate::moment::Moment;
 use crate::series::{Quantity, Series, quantities};
 use crate::stats::change::{Kind, Line};
+use crate::stats::spread::Spread;
 use crate::stats::step::Step;
 use crate::stats::{Point, mean};
 use crate::store::Kept;
@@ -26,7 +27,7 @@ pub fn page(fleet: &[(String, Vec<Kept>)], findings: &Findings, command: &str) -
     Document::new(title(findings), subtitle)
         .by(command)
         .section(appeared(fleet, findings))
-        .section(changes(&quantities, findings))
+        .section(changes(fleet, &quantities, findings))
         .section(units(&quantities, findings))
 }
 
@@ -42,12 +43,10 @@ fn title(findings: &Findings) -> String {
     }
 }
 
-fn day(first: Moment, at: Moment) -> String {
-    format!("day {}", figure(at.days_since(first)))
-}
-
-fn first(fleet: &[(String, Vec<Kept>)]) -> Option<Moment> {
-    fleet.iter().flat_map(|(_, results)| results).map(|kept| kept.key.at).min()
+/// Days since the fleet's first log.
+fn day(fleet: &[(String, Vec<Kept>)], at: Moment) -> String {
+    let first = fleet.iter().flat_map(|(_, results)| results).map(|kept| kept.key.at).min();
+    first.map_or_else(String::new, |first| format!("day {}", figure(at.days_since(first))))
 }
 
 fn shortened(logs: &[String]) -> String {
@@ -66,9 +65,8 @@ fn appeared(fleet: &[(String, Vec<Kept>)], findings: &Findings) -> Section {
             (false, 1) => "the last log alone".into(),
             (false, _) => format!("{seen}: not confirmed"),
         };
-        let when = first(fleet).map_or_else(String::new, |first| day(first, it.at));
         let instead = if it.instead_of.is_empty() { "–".into() } else { it.instead_of.join(", ") };
-        vec![it.unit.clone(), it.effect.clone(), when, sure, instead, shortened(&it.logs)]
+        vec![it.unit.clone(), it.effect.clone(), day(fleet, it.at), sure, instead, shortened(&it.logs)]
     };
     let rows: Vec<Vec<String>> = findings.appeared.iter().map(row).collect();
     let text = match rows.is_empty() {
@@ -90,19 +88,12 @@ fn table(caption: &str, header: &[&str], rows: Vec<Vec<String>>) -> Vec<Table> {
     if table.rows.is_empty() { Vec::new() } else { vec![table] }
 }
 
-fn changes(quantities: &[Quantity], findings: &Findings) -> Section {
+fn changes(fleet: &[(String, Vec<Kept>)], quantities: &[Quantity], findings: &Findings) -> Section {
     let row = |it: &Changed| {
         let kind = if it.kind == Kind::Drift { "drift" } else { "step" };
         let change = format!("{} ± {} {}", signed(it.change), figure(it.sigma), it.of);
-        vec![
-            it.unit.clone(),
-            it.quantity.clone(),
-            kind.into(),
-            change,
-            when(quantities, it),
-            format!("{:.1e}", it.q),
-            shortened(&it.logs),
-        ]
+        let (since, q) = (day(fleet, it.at), format!("{:.1e}", it.q));
+        vec![it.unit.clone(), it.quantity.clone(), kind.into(), change, since, q, shortened(&it.logs)]
     };
     let text = format!(
         "{} drifts and steps among {} tests. Of all that are told about {:.0} % are expected to be false.",
@@ -128,12 +119,6 @@ fn series<'a>(quantities: &'a [Quantity], it: &Changed) -> Option<(&'a Quantity,
     let quantity =
         quantities.iter().find(|quantity| quantity.name == it.quantity && quantity.unit == it.of)?;
     Some((quantity, quantity.series.iter().find(|series| series.unit == it.unit)?))
-}
-
-fn when(quantities: &[Quantity], it: &Changed) -> String {
-    let found = series(quantities, it)
-        .and_then(|(_, series)| series.readings.iter().find(|reading| reading.at == it.at));
-    found.map_or_else(String::new, |reading| format!("day {}", figure(reading.point.day)))
 }
 
 /// The unit's logs, what is fitted to them, and the other units behind them, each about its own mean: what does not change scatters about 0.
@@ -185,17 +170,11 @@ fn labelled(quantity: &str, unit: &str) -> String {
 fn units(quantities: &[Quantity], findings: &Findings) -> Section {
     let row = |it: &SpreadOf| {
         let within = |[low, high]: [f64; 2]| format!("{} … {}", figure(low), figure(high));
-        let spread = &it.spread;
-        vec![
-            it.quantity.clone(),
-            it.unit.clone(),
-            figure(spread.mean),
-            within(spread.mean_interval),
-            figure(spread.between),
-            within(spread.between_interval),
-            spread.units.to_string(),
-            figure(it.scatter),
-        ]
+        let Spread { mean, mean_interval, between, between_interval, units } = it.spread;
+        let figures = [figure(mean), within(mean_interval), figure(between), within(between_interval)];
+        let [named, last] =
+            [[&it.quantity, &it.unit].map(String::clone), [units.to_string(), figure(it.scatter)]];
+        named.into_iter().chain(figures).chain(last).collect()
     };
     let header = ["number", "unit", "mean", "95 %", "between units", "95 %", "units", "scatter"];
     let text = "Mean and standard deviation of the units, without what single logs are uncertain by. Scatter: by how much the logs of a unit \
@@ -221,15 +200,11 @@ fn side_by_side(quantities: &[Quantity], it: &SpreadOf) -> Option<Plot> {
         outcome::Series::new(label, Curve { x: vec![1.0, last], y: vec![y; 2] }, Style::Dashed).of(role)
     };
     let x = (1..=means.len()).map(|k| k as f64).collect();
-    let (mean, between) = (it.spread.mean, it.spread.between);
+    let (mean, between, unit) = (it.spread.mean, it.spread.between, &it.unit);
+    let [middle, spread] = [mean, between].map(figure);
     Some(Plot {
         title: format!("{} over units", it.quantity),
-        caption: format!(
-            "Mean {}, standard deviation between units {} {}.",
-            figure(mean),
-            figure(between),
-            it.unit
-        ),
+        caption: format!("Mean {middle}, standard deviation between units {spread} {unit}."),
         x_label: "unit, in ascending order".into(),
         y_label: labelled(&it.quantity, &it.unit),
         series: vec![

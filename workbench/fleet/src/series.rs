@@ -67,7 +67,7 @@ pub fn quantities(fleet: &[(String, Vec<Kept>)]) -> Vec<Quantity> {
 }
 
 /// Name, value with sigma, and unit of each number of a log.
-fn numbers(told: &Told) -> impl Iterator<Item = (String, [f64; 2], String)> {
+pub(crate) fn numbers(told: &Told) -> impl Iterator<Item = (String, [f64; 2], String)> {
     let of_effects = told.effects.iter().flat_map(|effect| {
         let named = |(key, number): (&String, &Number)| {
             Some((format!("{}.{key}", effect.name), [number.value?, number.std?], number.unit.clone()))

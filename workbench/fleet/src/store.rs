@@ -38,7 +38,7 @@ pub struct Key {
     pub log: String,
     /// SHA-256 of the model file.
     pub model: String,
-    /// The unit's result whose model was tried first; `None`: there was none.
+    /// The unit's result whose names were tried first; `None`: there was none. It names its own, and so on: the history of the numbers.
     pub after: Option<After>,
 }
 
@@ -48,7 +48,7 @@ pub struct Written<'a> {
     /// What it is of.
     #[serde(flatten)]
     pub key: &'a Key,
-    /// True if the names of the result before explain this log to its floor, so that no others were searched for.
+    /// True if the names of the result before explain this log to its floor, and either no number moved or a search came to the same names.
     pub unchanged: bool,
     /// `truing-gap/1`. Its `runtime_s` is 0: nobody took the time.
     pub outcome: &'a Outcome,
@@ -115,6 +115,12 @@ pub struct Shifted {
 }
 
 impl Told {
+    /// What fleets need of an outcome, as it will be read.
+    pub fn of(outcome: &Outcome) -> Result<Self> {
+        let written = serde_json::to_value(outcome).context("the result cannot be serialised")?;
+        serde_json::from_value(written).context("the result cannot be read back")
+    }
+
     /// True if the log was good enough to be judged.
     pub fn judged(&self) -> bool {
         !matches!(self.verdict.as_str(), "data" | "insufficient_excitation")

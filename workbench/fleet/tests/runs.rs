@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
+use truing_core::system::effects::{COULOMB_FRICTION, INERTIA};
 use truing_fleet::drawn::{Fate, Fleet};
 use truing_fleet::ingest::{self, Summary};
 use truing_fleet::manifest;
@@ -142,4 +143,25 @@ fn a_motor_that_stays_as_it_is_is_searched_once() {
     };
     assert!(results.iter().all(sharp), "{results:?}");
     assert_eq!(results.iter().map(|kept| kept.unchanged).collect::<Vec<bool>>(), [false, true, true]);
+}
+
+#[test]
+fn a_new_effect_that_hides_in_the_tolerances_of_the_data_sheet_moves_its_numbers_and_is_searched_for() {
+    let folder = tempfile::tempdir().unwrap();
+    let fleet = Fleet::draw(1, 6, 900);
+    // An inertia of 0.86 times that of the sheet: friction alone explains the log, with another motor constant.
+    let Fate::Gets(effect, values, _) = fleet.new_effect(3, 12) else { panic!("no effect was drawn") };
+    let fates = [Fate::Quiet, Fate::Quiet, Fate::Gets(effect, values, 4)];
+    fleet.write(folder.path(), &fates).unwrap();
+    let units = manifest::read(&folder.path().join("manifest.csv")).unwrap();
+    let store = Store::new(&folder.path().join("into"));
+    ingest::run(&units[2..], &store, 1, &|_, _| ()).unwrap();
+    let (_, results) = &store.all().unwrap()[0];
+    let names: Vec<Vec<&str>> = results.iter().map(|kept| kept.outcome.names()).collect();
+    let (old, new) = (vec![COULOMB_FRICTION.name], vec![COULOMB_FRICTION.name, INERTIA.name]);
+    assert_eq!(names, [&old, &old, &old, &old, &new, &new].map(Clone::clone));
+    assert_eq!(
+        results.iter().map(|kept| kept.unchanged).collect::<Vec<bool>>(),
+        [false, true, true, true, false, true]
+    );
 }

@@ -46,7 +46,7 @@ pub fn run(arguments: &Arguments) -> Result<()> {
     InputError::all(summary.failed.iter().cloned().map(InputError).collect())?;
     outln!("{} unchanged, {} searched, {} were there", summary.unchanged, summary.searched, summary.there);
     let (page, json) = (out.join("fleet.html"), out.join("fleet.json"));
-    report::tell(&report::write(&results, Some(&page), Some(&json), (Method::default(), RATE))?);
+    report::tell(&report::write(&results, [Some(&page), Some(&json)], (Method::default(), RATE))?);
     outln!("The page: {}", page.display());
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! `truing fleet report`: what the results come to.
 
-use crate::findings::{Findings, RATE};
+use crate::appeared::Appeared;
+use crate::findings::{Changed, Findings, RATE};
 use crate::page::page;
 use crate::stats::spread::Method;
 use crate::store::Store;
@@ -32,33 +33,24 @@ pub struct Arguments {
 pub fn run(arguments: &Arguments) -> Result<()> {
     let Arguments { folder, rate, .. } = arguments;
     ensure!(*rate > 0.0 && *rate < 1.0, "--rate {rate}: write a share above 0 and below 1, e.g. 0.05");
-    let findings =
-        write(folder, arguments.out.as_deref(), arguments.json.as_deref(), (arguments.method, *rate))?;
-    if [&arguments.out, &arguments.json].into_iter().flatten().all(|path| path != Path::new("-")) {
+    let paths = [arguments.out.as_deref(), arguments.json.as_deref()];
+    let findings = write(folder, paths, (arguments.method, *rate))?;
+    if paths.into_iter().flatten().all(|path| path != Path::new("-")) {
         tell(&findings);
     }
     Ok(())
 }
 
 /// Writes the page and the JSON of a folder.
-pub(super) fn write(
-    folder: &Path,
-    out: Option<&Path>,
-    json: Option<&Path>,
-    how: (Method, f64),
-) -> Result<Findings> {
-    let fleet = Store::new(folder).all()?;
-    ensure!(
-        !fleet.is_empty(),
-        "{}: holds no results; run `truing fleet ingest` into it first",
-        folder.display()
-    );
+pub(super) fn write(folder: &Path, paths: [Option<&Path>; 2], how: (Method, f64)) -> Result<Findings> {
+    let ([out, json], told, fleet) = (paths, folder.display(), Store::new(folder).all()?);
+    ensure!(!fleet.is_empty(), "{told}: holds no results; run `truing fleet ingest` into it first");
     let findings = Findings::of(&fleet, how.0, how.1);
     if let Some(path) = json {
         write_atomically(path, &(serde_json::to_string_pretty(&findings)? + "\n"))?;
     }
     if let Some(path) = out {
-        page(&fleet, &findings, &format!("truing fleet report {}", folder.display())).write(path)?;
+        page(&fleet, &findings, &format!("truing fleet report {told}")).write(path)?;
     }
     Ok(findings)
 }
@@ -68,26 +60,12 @@ pub(super) fn tell(findings: &Findings) {
     outln!("{} units, {} logs, {} of them not judged", findings.units, findings.logs, findings.not_judged);
     for it in &findings.appeared {
         let sure = if it.confirmed { "" } else { ", not confirmed" };
-        outln!(
-            "unit {}: {} since {} ({} of {} logs{sure})",
-            it.unit,
-            it.effect,
-            it.at,
-            it.logs.len(),
-            it.of_logs
-        );
+        let (Appeared { unit, effect, at, of_logs, .. }, shown) = (it, it.logs.len());
+        outln!("unit {unit}: {effect} since {at} ({shown} of {of_logs} logs{sure})");
     }
     for it in &findings.changed {
         let kind = format!("{:?}", it.kind).to_lowercase();
-        outln!(
-            "unit {}: {kind} of {}, {:+.3e} ± {:.1e} {} since {}, q = {:.1e}",
-            it.unit,
-            it.quantity,
-            it.change,
-            it.sigma,
-            it.of,
-            it.at,
-            it.q
-        );
+        let Changed { unit, quantity, of, at, change, sigma, q, .. } = it;
+        outln!("unit {unit}: {kind} of {quantity}, {change:+.3e} ± {sigma:.1e} {of} since {at}, q = {q:.1e}");
     }
 }

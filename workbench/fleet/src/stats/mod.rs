@@ -2,6 +2,7 @@
 
 pub mod change;
 pub mod discoveries;
+pub mod moved;
 pub mod scatter;
 pub mod spread;
 pub mod step;
