@@ -13,6 +13,7 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use truing::cli::{gap, look, simulate, start};
+use truing::fleet::{check::check, manifest::Task, store::Store};
 use truing::report::{Exporter, html::Html, json::Json, model_file::ModelFile, terminal::Terminal};
 use truing::synthetic::cases;
 use truing::system::effects::LIBRARY;
@@ -113,14 +114,10 @@ fn effects_() -> String {
     let parameter = |p: &truing::system::effects::Parameter| serde_json::json!({"name": p.name, "unit": p.unit, "default": p.default});
     let effect = |effect: &&truing::system::effects::Effect| {
         serde_json::json!({
-            "name": effect.name,
-            "summary": effect.summary,
-            "equation": effect.equation,
+            "name": effect.name, "summary": effect.summary, "equation": effect.equation,
             "parameters": effect.parameters.iter().map(parameter).collect::<Vec<_>>(),
-            "signature": effect.signature,
+            "signature": effect.signature, "separated_by": effect.separated_by, "source": effect.source,
             "confusable_with": effect.confusable_with.iter().map(|other| other.name).collect::<Vec<_>>(),
-            "separated_by": effect.separated_by,
-            "source": effect.source,
         })
     };
     serde_json::Value::from(LIBRARY.iter().map(effect).collect::<Vec<_>>()).to_string()
@@ -140,6 +137,15 @@ fn case_(
     let case = py.detach(|| cases::draw(&spec, seed));
     let answer = serde_json::to_string(&case.answer).map_err(refused)?;
     Ok((case.model, case.log.to_csv(), case.holdout.to_csv(), answer))
+}
+
+/// Judges one log of a fleet: what `truing fleet check` says of it, in a word. Paths: model, log, folder of results.
+#[pyfunction]
+fn fleet_check_(py: Python<'_>, unit: String, at: &str, paths: [PathBuf; 3]) -> PyResult<String> {
+    let ([model, log, into], at) = (paths, at.parse().map_err(InputError::new_err)?);
+    let task = Task { unit, at, model, log };
+    let done = py.detach(|| check(&task, &Store::new(&into))).map_err(refused)?;
+    Ok(format!("{done:?}").to_lowercase())
 }
 
 /// A model as TOML, from JSON: a Python dictionary.
@@ -181,5 +187,6 @@ fn _truing(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(simulate_, module)?)?;
     module.add_function(wrap_pyfunction!(effects_, module)?)?;
     module.add_function(wrap_pyfunction!(case_, module)?)?;
+    module.add_function(wrap_pyfunction!(fleet_check_, module)?)?;
     module.add_function(wrap_pyfunction!(toml_, module)?)
 }

@@ -16,6 +16,8 @@ use truing::system::model::{Draft, Model};
 
 /// Time between two looks at signals and progress.
 const BEAT: Duration = Duration::from_millis(50);
+/// Said of a panic.
+const FAULT: &str = "the search failed; this is a fault of truing, please report it";
 
 /// What a search and its watcher share.
 #[derive(Default)]
@@ -74,11 +76,7 @@ pub fn run(
         }
     }
     let found = py.detach(|| search.join()).and_then(|found| found);
-    found
-        .map_err(|_| {
-            PyRuntimeError::new_err("the search failed; this is a fault of truing, please report it")
-        })?
-        .map_err(refused)
+    found.map_err(|_| PyRuntimeError::new_err(FAULT))?.map_err(refused)
 }
 
 /// Calls back with seconds, fitted candidates and the last sentence.

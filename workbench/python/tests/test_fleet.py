@@ -10,6 +10,7 @@ import time
 from pathlib import Path
 
 import pytest
+from truing import InputError, fleet, fleet_check
 
 ROOT = Path(__file__).resolve().parents[3]
 FLEET = ROOT / "workbench/python/truing/fleet.py"
@@ -142,6 +143,19 @@ def test_without_ray_the_cores_of_this_machine_write_the_same_bytes(tmp_path, mo
     failed = module().run(manifest, tmp_path / "alone", workers=2, command=[truing()])
     assert failed == []
     assert bytes_of(tmp_path / "alone") == undisturbed(manifest, tmp_path / "whole")
+
+
+def test_the_module_writes_the_bytes_of_the_command_line(tmp_path, monkeypatch):
+    monkeypatch.setitem(sys.modules, "ray", None)
+    manifest = drawn(tmp_path, 3, 3)
+    assert fleet.run(manifest, tmp_path / "inside", workers=2) == []
+    ((_, first, *_), *_), *_ = fleet.tasks(manifest)
+    one = dict(model=tmp_path / "sheet.toml", log=first, unit="u0", at="2026-03-01", into=tmp_path / "inside")
+    assert fleet_check(**one) == "there"
+    assert fleet_check(**one | {"into": tmp_path / "one"}) == "searched"
+    with pytest.raises(InputError, match="`soon` is no time"):
+        fleet_check(**one | {"at": "soon"})
+    assert bytes_of(tmp_path / "inside") == undisturbed(manifest, tmp_path / "whole")
 
 
 def test_a_log_that_cannot_be_judged_is_told_and_keeps_no_other_from_it(tmp_path, monkeypatch):

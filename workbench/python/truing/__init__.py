@@ -14,6 +14,7 @@ other names mean, as ``--columns`` does on the command line.
 from __future__ import annotations
 
 import json
+import os
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import Any, Literal
@@ -42,6 +43,7 @@ __all__ = [
     "__version__",
     "cases",
     "effects",
+    "fleet_check",
     "gap",
     "look",
     "simulate",
@@ -153,6 +155,24 @@ def cases(
     for one in range(seed, seed + count):
         model, log, held, answer = _truing.case_(set, one, rows, current)
         yield Case(f"case-{one:05}", model, Table.of_csv(log), Table.of_csv(held), json.loads(answer))
+
+
+def fleet_check(
+    *,
+    model: str | os.PathLike[str],
+    log: str | os.PathLike[str],
+    unit: str,
+    at: str,
+    into: str | os.PathLike[str],
+) -> Literal["there", "unchanged", "searched"]:
+    """Judges one log of a fleet against what its unit was before, as ``truing fleet check`` does, and writes the same bytes.
+
+    unit: the motor's name. at: when the log was taken, ``2026-03-01`` or ``2026-03-01T08:30:00Z``. into: the folder of results.
+
+    Returns ``"there"`` where the result was written before, ``"unchanged"`` where the unit's earlier names explain the log and
+    no number moved, else ``"searched"``. The logs of a unit go in the order of time; `truing.fleet.run` sees to that.
+    """
+    return _truing.fleet_check_(unit, at, [os.fspath(path) for path in (model, log, into)])
 
 
 def _rows(columns: str, from_s: float | None, to_s: float | None) -> list[str]:

@@ -13,6 +13,7 @@ import subprocess
 from collections.abc import Callable, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from datetime import datetime, timezone
+from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, TypeAlias
 
@@ -40,14 +41,14 @@ def judge(rows: Sequence[Check], into: str | os.PathLike[str], command: Sequence
     os.environ["RAYON_NUM_THREADS"] = "1"  # A worker has one core: threads would only wait for each other.
     failed = []
     for model, log, unit, at in rows:
-        if command is None and (inside := _module()):
+        if command is None:
             try:
-                inside(model=model, log=log, unit=unit, at=at, into=str(into))
+                _module()(model=model, log=log, unit=unit, at=at, into=into)
             except ValueError as error:
                 failed.append(f"{unit} at {at}: {error}")
             continue
         options = ["--model", model, "--log", log, "--unit", unit, "--at", at, "--into", str(into)]
-        ended = subprocess.run([*(command or ["truing"]), "fleet", "check", *options], capture_output=True, text=True)
+        ended = subprocess.run([*command, "fleet", "check", *options], capture_output=True, text=True)
         if ended.returncode < 0:
             raise RuntimeError(f"{unit} at {at}: killed by signal {-ended.returncode}")  # Worth another try.
         if ended.returncode > 0:
@@ -55,10 +56,10 @@ def judge(rows: Sequence[Check], into: str | os.PathLike[str], command: Sequence
     return failed
 
 
-def _module() -> Callable[..., object] | None:
-    import truing
+def _module() -> Callable[..., object]:
+    from truing import fleet_check  # Only here: with a command this file needs no package around it.
 
-    return getattr(truing, "fleet_check", None)
+    return fleet_check
 
 
 def run(
@@ -72,14 +73,15 @@ def run(
 
     `workers`: one-core workers, as many as there are cores unless said otherwise. `address`: a Ray cluster that runs already; its
     machines must see manifest, logs and `into` under the same paths. `command`: how the command line starts, for example
-    `["truing"]`; without it the module's own function is called where it is there.
+    `["truing"]`; without it `truing.fleet_check` is called in each worker, and a script calls `run` below `if __name__ == "__main__":`.
     """
     workers = workers or os.cpu_count()
     units, into = tasks(manifest), Path(into).resolve()
     try:
         import ray
     except ImportError:
-        with ProcessPoolExecutor(workers) as pool:
+        # The module's own threads do not live on in a forked process.
+        with ProcessPoolExecutor(workers, get_context(None if command else "spawn")) as pool:
             told = pool.map(judge, units, [into] * len(units), [command] * len(units))
             return [one for unit in told for one in unit]
     if not ray.is_initialized():
