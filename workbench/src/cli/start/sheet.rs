@@ -90,32 +90,24 @@ impl Sheet {
 
     /// Figures that say nothing without another one, and figures that contradict each other; each with what to do.
     pub fn complaints(&self) -> Vec<String> {
-        let lone = |given: bool, needs: &str| given.then(|| format!("{needs} beside it"));
         let (volts, constant) = (self.voltage.is_some(), self.torque_constant.or(self.back_emf).is_some());
         let torque = self.stall_current.is_some() || volts && (constant || self.no_load_rad_s.is_some());
         let idle = self.no_load_current.zip(self.stall_current).filter(|(idle, stall)| idle >= stall);
-        [
-            lone(
-                self.no_load_rad_s.is_some() && !volts,
-                "--no-load-rpm needs --voltage, at which it was measured",
-            ),
-            lone(
-                self.stall_current.is_some() && !volts && self.stall_torque.is_none(),
-                "--stall-current needs --voltage, at which it was measured,",
-            ),
-            lone(
+        let current = self.stall_current.is_some() && !volts && self.stall_torque.is_none();
+        let lone = [
+            (self.no_load_rad_s.is_some() && !volts, "no-load-rpm needs --voltage, at which it was measured"),
+            (current, "stall-current needs --voltage, at which it was measured,"),
+            (
                 self.stall_torque.is_some() && !torque,
-                "--stall-torque needs --stall-current, or --voltage and --kt,",
+                "stall-torque needs --stall-current, or --voltage and --kt,",
             ),
-            idle.map(|(idle, stall)| {
-                format!(
-                    "--no-load-current {idle} A is not below --stall-current {stall} A; are they exchanged?"
-                )
-            }),
-        ]
-        .into_iter()
-        .flatten()
-        .collect()
+        ];
+        let lone =
+            lone.into_iter().filter(|(given, _)| *given).map(|(_, needs)| format!("--{needs} beside it"));
+        let exchanged = |(idle, stall)| {
+            format!("--no-load-current {idle} A is not below --stall-current {stall} A; are they exchanged?")
+        };
+        lone.chain(idle.map(exchanged)).collect()
     }
 
     /// Resistance, motor constant and inertia as far as they are known, referred to the shaft with the encoder.

@@ -3,17 +3,18 @@
 use super::sheet::{KE, Number, Sheet};
 use std::fmt::Write;
 use truing_core::gap::start_values::{GUESSED, START as ESTIMATED};
-use truing_core::system::model::{Kind, Model};
+use truing_core::system::model::{Kind, Model, VISCOUS_V};
 
 /// What stands behind a number that nobody knows.
 const UNKNOWN: &str = "unknown: fitted to the log with a wide prior";
 /// The numbers of a motor that every motor has, each with its unit and its meaning. The last shows beside a back-EMF only to those who look
 /// for it, but is all that a log of torques or currents has for a time constant.
-const MOTOR: [(&str, &str); 4] = [
+const MOTOR: [(&str, &str); 5] = [
     ("R_ohm", "resistance of winding, brushes and leads, Ω"),
     ("Kt_nm_per_a", "torque constant, N m/A = V s/rad"),
     ("J_kgm2", "inertia of rotor, gear and load, kg m²"),
     ("b_nms_per_rad", "viscous friction, N m s/rad"),
+    ("L_h", "inductance of the winding, H"),
 ];
 /// Column at which comments begin.
 const COLUMN: usize = 34;
@@ -26,8 +27,6 @@ const WIDE: f64 = 1.0;
 pub struct Found<'a> {
     /// The model with what the log says, if there is a log.
     pub model: Option<&'a Model>,
-    /// The log is driven by a torque or a current.
-    pub held: bool,
     /// The log shows settled speeds alone.
     pub settled: bool,
     /// The window of the speed, s, and where it was found.
@@ -43,9 +42,9 @@ pub fn file(sheet: &Sheet, found: &Found) -> String {
     let mut text = String::from("# Written by `truing start`. Every key: docs/model.md\n");
     line(&mut text, "schema = \"truing-model/1\"", "");
     match found.model.map(|model| model.kind) {
-        Some(Kind::FirstOrder { gain_rad_s_per_v, time_constant_s }) => {
+        Some(Kind::FirstOrder { gain_rad_s_per_v, time_constant_s, viscous_vs_per_rad }) => {
             let seconds = (time_constant_s, if found.settled { GUESSED } else { ESTIMATED });
-            first_order(&mut text, sheet, gain_rad_s_per_v, seconds);
+            first_order(&mut text, sheet, gain_rad_s_per_v, seconds, viscous_vs_per_rad);
         }
         Some(Kind::Inertia { inertia, viscous, .. }) => linear(&mut text, inertia, viscous),
         _ => motor(&mut text, sheet, found),
@@ -65,12 +64,19 @@ fn line(text: &mut String, entry: &str, comment: &str) {
 }
 
 /// The log does not tell resistance, torque constant and inertia apart.
-fn first_order(text: &mut String, sheet: &Sheet, gain: f64, (seconds, why): (f64, &str)) {
+fn first_order(text: &mut String, sheet: &Sheet, gain: f64, (seconds, why): (f64, &str), viscous: f64) {
     text.push_str("\n[model]\n");
     line(text, "kind = \"first_order\"", "R, Kt and J show only with a current");
     line(text, "fitted_to_log = true", "the numbers are the log's own");
     line(text, &format!("gain_rad_s_per_v = {}", digits(gain)), ESTIMATED);
     line(text, &format!("time_constant_s = {}", digits(seconds)), why);
+    if viscous > 0.0 {
+        line(
+            text,
+            &format!("{VISCOUS_V} = {}", digits(viscous)),
+            "a guess; rows with an open bridge show it",
+        );
+    }
     let known = sheet.numbers();
     if !known.is_empty() {
         text.push_str("# Known, and not enough for kind = \"dc_motor\", which takes two of R_ohm,\n# Kt_nm_per_a and J_kgm2.\n");
@@ -94,7 +100,8 @@ fn linear(text: &mut String, mass: f64, viscous: f64) {
 }
 
 fn motor(text: &mut String, sheet: &Sheet, found: &Found) {
-    let asked = if found.held { &MOTOR[..] } else { &MOTOR[..3] };
+    // Settled speeds do not tell friction from back-EMF.
+    let asked = if found.settled || found.log.is_none() { &MOTOR[..3] } else { &MOTOR[..] };
     text.push_str("\n[model]\n");
     line(text, "kind = \"dc_motor\"", "L di/dt = u − R i − Ke ω; J dω/dt = Kt i − b ω");
     text.push_str("\n[motor]\n");

@@ -50,7 +50,7 @@ impl Base {
                 let torque = if input == Input::Current { kt_nm_per_a } else { 1.0 };
                 Self { slope: torque / j_kgm2, rate: b_nms_per_rad / j_kgm2 }
             }
-            (Kind::FirstOrder { gain_rad_s_per_v, time_constant_s }, Input::Voltage) => {
+            (Kind::FirstOrder { gain_rad_s_per_v, time_constant_s, .. }, Input::Voltage) => {
                 Self { slope: gain_rad_s_per_v / time_constant_s, rate: 1.0 / time_constant_s }
             }
             (Kind::FirstOrder { .. }, _) => return None,

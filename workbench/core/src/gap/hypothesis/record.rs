@@ -6,8 +6,9 @@ use crate::gap::fit::FINE;
 use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
-use crate::system::model::{DRIVE_GAIN, KE, KT, Kind, Model};
+use crate::system::model::{DRIVE_GAIN, KE, KT, Kind, Model, VISCOUS_V};
 use crate::system::plant::physics::{Drive, Physics};
+use servo::axis::Bridge;
 
 /// How far a base parameter may move, in its tolerances, when the model is the best linear fit to the log and absorbs what
 /// is missing. The gain of a linear fit to a joint that lifts a weight is eight times too small (`xl330_pwm`); at half this bound
@@ -150,6 +151,7 @@ fn base_slots(dataset: &Dataset, model: &Model) -> Vec<Slot> {
         (Kind::Inertia { .. }, DRIVE_GAIN) => {
             !model.fitted_to_log || model.tolerances.contains_key(DRIVE_GAIN)
         }
+        (_, VISCOUS_V) => dataset.runs.iter().any(|run| run.bridge.contains(&Bridge::Open)),
         _ => true,
     };
     let twin = |key: &str| match key {

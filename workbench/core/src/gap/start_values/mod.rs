@@ -76,10 +76,10 @@ impl Evidence<'_> {
         let (input, linear) = axis(self.log);
         match draft.stated().kind {
             Kind::DcMotor { .. } if linear => Ok(split::linear(&self.line)),
-            Kind::FirstOrder { .. } => Ok(split::first_order(draft, &self.line)),
+            Kind::FirstOrder { .. } => Ok(split::first_order(draft, &self.line, self.log)),
             Kind::Inertia { .. } => Ok(split::inertia(draft, &self.line)),
             Kind::DcMotor { .. } if input == Input::Voltage => {
-                split::motor(draft, &self.line, self.winding())
+                split::motor(draft, &self.line, self.log, self.winding())
             }
             Kind::DcMotor { .. } => split::held_current(draft, &self.line, input),
         }

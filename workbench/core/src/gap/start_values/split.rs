@@ -2,8 +2,8 @@
 
 use super::line::Line;
 use crate::system::effects;
-use crate::system::log::{Dynamic, Input, Run};
-use crate::system::model::{DRIVEN_DIRECTLY, Draft};
+use crate::system::log::{Dynamic, Input, Log, Run};
+use crate::system::model::{DRIVEN_DIRECTLY, Draft, VISCOUS_V};
 use crate::text::input_error::InputError;
 use nalgebra::{Matrix2, Vector2};
 use servo::axis::Bridge;
@@ -67,22 +67,30 @@ fn held(run: &Run, row: usize) -> bool {
         && run.input[row - 1] == run.input[row]
 }
 
-/// Gain and time constant are the log's own.
-pub fn first_order(draft: &Draft, line: &Line) -> Split {
-    let seconds = line.time_constant_s.unwrap_or(TIME_CONSTANT_S);
-    let all = [("gain_rad_s_per_v", line.gain.abs()), ("time_constant_s", seconds)];
-    let numbers: Vec<_> = all.into_iter().filter(|(key, _)| draft.number(key).is_none()).collect();
-    Split { fit: numbers.len() == 2, guessed: line.time_constant_s.is_none(), numbers, ..Split::default() }
+/// Gain and time constant are the log's own. What is friction of the damping shows where the bridge is open.
+pub fn first_order(draft: &Draft, line: &Line, log: &Log) -> Split {
+    let (gain, seconds) = (line.gain.abs(), line.time_constant_s.unwrap_or(TIME_CONSTANT_S));
+    let all = [("gain_rad_s_per_v", gain), ("time_constant_s", seconds), (VISCOUS_V, VISCOUS / gain)];
+    let open = |run: &Run| run.bridge.contains(&Bridge::Open);
+    let coasts = matches!(log, Log::Dynamic(record) if record.runs.iter().any(open));
+    let wanted = |(key, _): &(&str, f64)| draft.number(key).is_none() && (coasts || *key != VISCOUS_V);
+    let numbers: Vec<_> = all.into_iter().filter(wanted).collect();
+    Split {
+        fit: all[..2].iter().all(wanted),
+        guessed: line.time_constant_s.is_none(),
+        numbers,
+        ..Split::default()
+    }
 }
 
 /// Gain and time constant of a motor with Kt = Ke = K: K/(K² + b R) and R J/(K² + b R).
-pub fn motor(draft: &Draft, line: &Line, winding: Option<Winding>) -> Result<Split, InputError> {
+pub fn motor(draft: &Draft, line: &Line, log: &Log, winding: Option<Winding>) -> Result<Split, InputError> {
     let (gain, seconds) = (line.gain.abs(), line.time_constant_s.unwrap_or(TIME_CONSTANT_S));
     let known = [draft.number("R_ohm"), draft.number("Kt_nm_per_a"), draft.number("J_kgm2")];
     let [r, k, j] = known;
     let missing = known.iter().filter(|number| number.is_none()).count();
     if winding.is_none() && missing > 1 {
-        return as_first_order(draft, line);
+        return as_first_order(draft, line, log);
     }
     let b = draft.number("b_nms_per_rad").unwrap_or(0.0);
     let k = k.or(winding.map(|it| it.ke_vs_per_rad)).unwrap_or(1.0 / gain);
@@ -121,7 +129,7 @@ pub fn linear(line: &Line) -> Split {
 }
 
 /// Two of resistance, torque constant and inertia are not known, and no current was measured.
-fn as_first_order(draft: &Draft, line: &Line) -> Result<Split, InputError> {
+fn as_first_order(draft: &Draft, line: &Line, log: &Log) -> Result<Split, InputError> {
     let model = draft.stated();
     let torque =
         model.known.iter().find(|known| known.effect.parameters.iter().any(|it| it.unit.contains("N m")));
@@ -132,7 +140,7 @@ fn as_first_order(draft: &Draft, line: &Line) -> Result<Split, InputError> {
         );
         return Err(InputError::file(&model.source, what));
     }
-    Ok(Split { kind: Some("first_order"), ..first_order(draft, line) })
+    Ok(Split { kind: Some("first_order"), ..first_order(draft, line, log) })
 }
 
 /// A motor whose current or torque is held: its winding does not show, and the acceleration is Kt i/J.

@@ -28,6 +28,10 @@ pub const KT: &str = "Kt_nm_per_a";
 pub const KE: &str = "Ke_vs_per_rad";
 /// Key of what one unit of the input does to an axis that is driven directly.
 pub const DRIVE_GAIN: &str = "drive_gain";
+/// Key of the viscous friction of a first-order model.
+pub const VISCOUS_V: &str = "viscous_vs_per_rad";
+/// The back-EMF makes at least this part of the damping of a first-order model: beyond it nothing would drive the motor.
+const LEAST_EMF: f64 = 0.05;
 /// Kind of an axis that is driven directly.
 pub const DRIVEN_DIRECTLY: &str = "inertia";
 
@@ -55,6 +59,9 @@ pub enum Kind {
         gain_rad_s_per_v: f64,
         /// Time constant, s.
         time_constant_s: f64,
+        /// Friction linear in the speed, as a voltage at the terminals, V s/rad. Gain and time constant hold it already; with the
+        /// bridge open it is all that slows the shaft down.
+        viscous_vs_per_rad: f64,
     },
     /// J dω/dt = drive_gain · input − viscous · ω (or M dv/dt on a linear axis).
     Inertia {
@@ -187,9 +194,11 @@ impl Kind {
                 ("J_kgm2", j_kgm2),
                 ("b_nms_per_rad", b_nms_per_rad),
             ],
-            Kind::FirstOrder { gain_rad_s_per_v, time_constant_s } => {
-                vec![("gain_rad_s_per_v", gain_rad_s_per_v), ("time_constant_s", time_constant_s)]
-            }
+            Kind::FirstOrder { gain_rad_s_per_v, time_constant_s, viscous_vs_per_rad } => vec![
+                ("gain_rad_s_per_v", gain_rad_s_per_v),
+                ("time_constant_s", time_constant_s),
+                (VISCOUS_V, viscous_vs_per_rad),
+            ],
             Kind::Inertia { inertia, viscous, drive_gain, linear } => {
                 let key = if *linear { "mass_kg" } else { "inertia_kgm2" };
                 vec![(key, inertia), ("viscous", viscous), (DRIVE_GAIN, drive_gain)]
@@ -227,8 +236,8 @@ impl Model {
 
     /// The base without any effect, not even the known ones.
     ///
-    /// A first-order model is the motor with R = 1 Ω, Kt = Ke = 1/gain, J = T/gain², b = 0: its torques count in that
-    /// motor's unit, in which a torque times the gain is a voltage.
+    /// A first-order model with the viscous voltage c is the motor with R = 1 Ω, Kt = Ke = K = 1/gain − c, J = T·K/gain, b = c·K: its
+    /// torques count in that motor's unit, in which a torque over K is a voltage.
     pub fn base(&self) -> Physics {
         self.base_of(&self.kind)
     }
@@ -239,8 +248,9 @@ impl Model {
             Kind::DcMotor { r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad } => {
                 Physics::linear_motor(r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad)
             }
-            Kind::FirstOrder { gain_rad_s_per_v: gain, time_constant_s } => {
-                Physics::linear_motor(1.0, 0.0, 1.0 / gain, 1.0 / gain, time_constant_s / (gain * gain), 0.0)
+            Kind::FirstOrder { gain_rad_s_per_v: gain, time_constant_s, viscous_vs_per_rad: viscous } => {
+                let k = (1.0 / gain - viscous).max(LEAST_EMF / gain);
+                Physics::linear_motor(1.0, 0.0, k, k, time_constant_s * k / gain, viscous * k)
             }
             Kind::Inertia { inertia, viscous, drive_gain, .. } => {
                 Physics::inertia(inertia, viscous, drive_gain)

@@ -7,7 +7,7 @@ use super::keys::UNNAMED;
 use super::section::Section;
 use super::table::{self, KINDS};
 use super::unnamed::Unnamed;
-use super::{DEFAULT_TOLERANCE, Encoder, KE, KT, Kind, Known, Model, Sensors, Side, SpeedSensor};
+use super::{DEFAULT_TOLERANCE, Encoder, KE, KT, Kind, Known, Model, Sensors, Side, SpeedSensor, VISCOUS_V};
 use crate::system::effects::{self, LIBRARY};
 use crate::text::input_error::{InputError, nearest};
 use std::collections::BTreeMap;
@@ -116,6 +116,7 @@ impl<'a> Base<'a> {
             "first_order" => Kind::FirstOrder {
                 gain_rad_s_per_v: self.needed("gain_rad_s_per_v", &mut unknown),
                 time_constant_s: self.needed("time_constant_s", &mut unknown),
+                viscous_vs_per_rad: self.or(VISCOUS_V, 0.0, &mut unknown),
             },
             "inertia" => self.inertia(&mut unknown),
             _ => self.dc_motor(&mut unknown),
