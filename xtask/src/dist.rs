@@ -8,8 +8,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Links the C library into the program: it runs on any Linux of its processor.
-const STATIC: &str = "-C target-feature=+crt-static";
+/// Links the C library into the program: it runs on any Linux of its processor. Symbols are left out here, for the profile's `strip` does
+/// not reach a package with an override of its own.
+const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
 
 /// Packs the program and the wheel into `target/dist`, with their checksums.
 pub fn dist() -> Result<()> {
@@ -31,7 +32,7 @@ fn program() -> Result<PathBuf> {
     let host = host()?;
     let variable = format!("CARGO_TARGET_{}_RUSTFLAGS", host.to_uppercase().replace('-', "_"));
     let mut build = Program::Truing.cargo("build");
-    build.args(["--release", "--locked", "--target", &host, "--config", "profile.release.strip=true"]);
+    build.args(["--release", "--locked", "--target", &host]);
     run(build.env(variable, STATIC))?;
     let program = root().join("target").join(&host).join("release").join("truing");
     let needs = Command::new("ldd").arg(&program).output().context("ldd")?;
