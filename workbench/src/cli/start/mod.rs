@@ -15,7 +15,7 @@ use truing_core::gap::completed;
 use truing_core::gap::start_values::line_of;
 use truing_core::system::model;
 use truing_core::text::input_error::InputError;
-use truing_files::log::{self, Dynamic, Log};
+use truing_files::log::{self, Dynamic, Input, Log};
 use truing_report::console::files::Files;
 use truing_report::console::rows::Rows;
 use truing_report::report::{figure, write_atomically};
@@ -98,6 +98,7 @@ impl Made {
         let (window, line) = (window(sheet, log), log.and_then(line_of));
         let mut found = Found {
             model: None,
+            shown: shown(log),
             settled: line.is_some_and(|line| line.time_constant_s.is_none()),
             window,
             log: arguments.log.as_ref().map(|path| path.display().to_string()),
@@ -129,6 +130,15 @@ impl Made {
         next.extend(["--out".to_owned(), "result".into()]);
         told += &format!("\nNext:\n  {} {}\n", program(), shell_words::join(&next));
         told
+    }
+}
+
+/// How many of a motor's numbers a log shows: a measured current tells friction and winding from the rest, a held one the friction.
+fn shown(log: Option<&Log>) -> usize {
+    match log {
+        Some(Log::Dynamic(record)) if record.runs.iter().all(|run| run.current_a.is_some()) => 5,
+        Some(Log::Dynamic(record)) if record.input != Input::Voltage => 4,
+        _ => 3,
     }
 }
 

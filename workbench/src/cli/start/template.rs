@@ -7,8 +7,8 @@ use truing_core::system::model::{Kind, Model, VISCOUS_V};
 
 /// What stands behind a number that nobody knows.
 const UNKNOWN: &str = "unknown: fitted to the log with a wide prior";
-/// The numbers of a motor that every motor has, each with its unit and its meaning. The last shows beside a back-EMF only to those who look
-/// for it, but is all that a log of torques or currents has for a time constant.
+/// The numbers of a motor that every motor has, each with its unit and its meaning. Friction is all that a log of torques or currents has for
+/// a time constant; beside a back-EMF it shows, like the winding, in a measured current alone.
 const MOTOR: [(&str, &str); 5] = [
     ("R_ohm", "resistance of winding, brushes and leads, Ω"),
     ("Kt_nm_per_a", "torque constant, N m/A = V s/rad"),
@@ -27,6 +27,8 @@ const WIDE: f64 = 1.0;
 pub struct Found<'a> {
     /// The model with what the log says, if there is a log.
     pub model: Option<&'a Model>,
+    /// So many of a motor's numbers the log shows, in the order of [`MOTOR`].
+    pub shown: usize,
     /// The log shows settled speeds alone.
     pub settled: bool,
     /// The window of the speed, s, and where it was found.
@@ -100,8 +102,7 @@ fn linear(text: &mut String, mass: f64, viscous: f64) {
 }
 
 fn motor(text: &mut String, sheet: &Sheet, found: &Found) {
-    // Settled speeds do not tell friction from back-EMF.
-    let asked = if found.settled || found.log.is_none() { &MOTOR[..3] } else { &MOTOR[..] };
+    let asked = &MOTOR[..found.shown];
     text.push_str("\n[model]\n");
     line(text, "kind = \"dc_motor\"", "L di/dt = u − R i − Ke ω; J dω/dt = Kt i − b ω");
     text.push_str("\n[motor]\n");
