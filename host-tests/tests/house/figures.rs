@@ -22,8 +22,8 @@ fn the_workbench_grows_no_further() {
     let [_, _, workbench] = figures().product;
     // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decision 0280); 2,230 came
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292); 850 with logs of any length (0300).
-    // The limit was 32,233 until the proving ground left it.
-    at_most("code lines of the workbench", workbench.code(), 29_600, 19_000);
+    // The limit was 32,233 until the proving ground left it, and fell by 100 when test modules in files of their own were no longer counted.
+    at_most("code lines of the workbench", workbench.code(), 29_545, 19_000);
 }
 
 /// They left the workbench, not the project: their lines are counted on.

@@ -29,7 +29,10 @@ impl Source {
     }
 }
 
-/// Every Rust file below `folder`, by path. A folder that does not exist holds none.
+/// A test module in a file of its own, as `#[cfg(test)] mod tests;` names it: no code, like those within a file.
+const TESTS: &str = "tests.rs";
+
+/// Every Rust file below `folder`, by path, but test modules in sources. A folder that does not exist holds none.
 pub fn below(root: &Path, folder: &str) -> Result<Vec<Source>> {
     let start = root.join(folder);
     if !start.exists() {
@@ -38,7 +41,8 @@ pub fn below(root: &Path, folder: &str) -> Result<Vec<Source>> {
     let mut sources = Vec::new();
     for entry in WalkDir::new(start).sort_by_file_name() {
         let entry = entry?;
-        if entry.path().extension().is_some_and(|ending| ending == "rs") {
+        let is_rust = entry.path().extension().is_some_and(|ending| ending == "rs");
+        if is_rust && (entry.file_name() != TESTS || !folder.ends_with("src")) {
             let path = entry.path().strip_prefix(root)?.to_owned();
             sources.push(Source::read(root, path)?);
         }
