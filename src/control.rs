@@ -181,6 +181,11 @@ impl State {
         self.count = count;
     }
 
+    /// So much of what the integrator brings comes from somewhere else from now on, or no longer does.
+    pub fn shift(&mut self, voltage: Voltage) {
+        self.preset(self.integral().plus(voltage));
+    }
+
     /// Takes over at `voltage` without a step.
     #[inline]
     pub fn preset(&mut self, voltage: Voltage) {

@@ -111,6 +111,9 @@ pub enum Advisory {
     DeadZoneMoved = 1,
     /// No further point of a streamed motion came in time: the axis has slowed down to rest by itself.
     StreamRanDry = 2,
+    /// A table of the load over the place is chosen and trusted, and does not act: its angle is not known since power-up, or it is
+    /// too steep for the loops.
+    PositionLoadOff = 3,
 }
 
 /// One control tick.

@@ -8,6 +8,7 @@ use crate::axis::design::{self, Design};
 use crate::axis::track_sine::{Ahead, Asked};
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
+use crate::compensate::position_load::PositionLoad;
 use crate::config::Config;
 use crate::identify::estimate::{Estimates, Reason};
 use crate::motion::excitation::Waveform;
@@ -16,7 +17,7 @@ use crate::motion::stream::{Knot, Plan, Point, Stream};
 use crate::motion::trajectory::{Cruise, Move};
 use crate::protect::Fault;
 use crate::record::{Source, Trigger};
-use crate::store::AxisParameters;
+use crate::store::{self, AxisParameters};
 use crate::units::{Position, SPEED_BITS, Speed, Voltage, to_fixed};
 use serde::{Deserialize, Serialize};
 
@@ -28,7 +29,6 @@ pub(super) const STANDING_HZ: u32 = 20;
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Command {
     /// Set the axis up. Refused while the bridge is not open.
-    ///
     /// Replaced: the configuration, as a whole. Forgotten: what was identified, the reference, `Arm`. Kept: what was
     /// chosen about loops, compensation and protection; limits of current, energy and speed where the new configuration
     /// has none; a latched fault. [`Command::Reset`] before it forgets these choices, [`Command::Restore`] replaces them.
@@ -85,7 +85,7 @@ pub enum Command {
     /// Answered with [`crate::link::protocol::Message::Parameters`] too.
     Parameters,
     /// Put this whole set in force, as after power-up. Refused while the bridge is not open.
-    Restore(AxisParameters),
+    Restore(#[serde(deserialize_with = "store::whole")] AxisParameters),
     /// Back to an axis that was never configured. What is stored stays as it is until [`Command::Save`].
     Reset,
     /// Store what is in force, of all axes. Refused while anything moves; [`crate::link::protocol::Message::Store`] tells how it goes on.
@@ -98,6 +98,8 @@ pub enum Command {
     Excite(Waveform),
     /// The next point of a streamed motion, ahead of its time; the first one begins the stream. See [`crate::motion::stream`].
     Stream(Point),
+    /// Hold the load over the place with this table from now on, or with none. Refused while something excites.
+    PositionLoad(PositionLoad),
 }
 
 impl Command {
@@ -110,7 +112,7 @@ impl Command {
 
     /// Does it need the gains and limits of what is known by now?
     pub(super) const fn plans(&self) -> bool {
-        use Command::{Excite, GoTo, Position, Reference, Speed, Stream, TrackSine, Voltage};
+        use Command::{Excite, GoTo, Position, PositionLoad, Reference, Speed, Stream, TrackSine, Voltage};
         matches!(
             self,
             TrackSine { .. }
@@ -121,6 +123,7 @@ impl Command {
                 | Reference(_)
                 | Excite(_)
                 | Stream(_)
+                | PositionLoad(_)
         )
     }
 }
@@ -168,6 +171,7 @@ impl Axis {
             Command::GoTo(rad) => self.go_to(state, rad),
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
+            Command::PositionLoad(ref load) => self.position_load(state, load),
             // What a restart brings, and what the image answers.
             _ => Err(Refusal::NotForAxis),
         }
@@ -177,7 +181,7 @@ impl Axis {
     pub fn design<'a>(&self, state: &'a mut State) -> &'a Design {
         state.held = None;
         while state.renewal != design::Stage::Done {
-            state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
+            self.renew(state);
         }
         &state.design
     }
@@ -223,6 +227,7 @@ impl Axis {
             tuning: self.tuning,
             compensation: state.compensation,
             protection: self.protection,
+            position_load: state.load.told(state.datum),
         }
     }
 
@@ -362,7 +367,7 @@ impl Axis {
     }
 
     /// What excites the motor by itself is not to be disturbed.
-    fn unexcited(&self, state: &State) -> Result<(), Refusal> {
+    pub(super) fn unexcited(&self, state: &State) -> Result<(), Refusal> {
         if matches!(state.mode, Mode::Commission(_) | Mode::Excite(_)) { Err(Refusal::Busy) } else { Ok(()) }
     }
 

@@ -32,8 +32,7 @@ impl Axis {
         if !rests {
             return Err(Refusal::Busy);
         }
-        state.datum = Some(state.count.wrapping_sub(counts));
-        state.missed = false;
+        state.search_ends(Some(state.count.wrapping_sub(counts)));
         Ok(())
     }
 

@@ -25,6 +25,7 @@ pub mod design;
 mod find_zero;
 mod idle;
 mod last_trusted;
+mod load;
 pub(crate) mod order;
 mod report;
 pub mod servo_axis;
@@ -255,8 +256,10 @@ impl Axis {
         }
         state.count = count;
         state.standstill.watch(count);
+        state.load.watch(count);
         let speed = state.encoder.speed();
-        let driving = state.acted.map(|terminal| state.design.behind_dead_zone(terminal, speed));
+        let load = state.load.voltage;
+        let driving = state.acted.map(|terminal| state.design.behind_dead_zone(terminal, speed).minus(load));
         state.design.observer.step(&mut state.encoder, count, driving);
     }
 
@@ -354,6 +357,7 @@ impl Axis {
             speed: state.standstill.allows(state.encoder.speed()),
             edge_speed: state.standstill.edge_speed(),
             load: Voltage::ZERO.minus(design.loops.accelerating_voltage(state.encoder.load())),
+            position_load: state.load.voltage,
             holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
             endless: state.mode.is_endless(),
             commissioning: matches!(state.mode, Mode::Commission(_)),
@@ -406,10 +410,12 @@ impl Axis {
         supply: Voltage,
         looked: bool,
     ) {
+        let load = state.load.voltage.q14();
         // Put together where it is needed: in ordinary motion it then stays in registers.
         let input = || commission::Input {
             count: sample.count,
             voltage: voltage.q14(),
+            load,
             bridge,
             supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply.q14()),
             current_raw: Sample::sensed(sample.current_raw),
@@ -457,8 +463,11 @@ impl Axis {
     /// rare.
     #[cold]
     #[inline(never)]
-    fn renew(&self, state: &mut State) {
+    pub(super) fn renew(&self, state: &mut State) {
         state.held = None;
+        if state.renewal == design::Stage::PositionLoad {
+            state.load.renew(state.design.loops.per_count());
+        }
         state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
     }
 
@@ -501,8 +510,10 @@ impl Axis {
             state.limit = limit;
             return terminal;
         };
+        // Before the inverse: the push through an input dead zone has the sign of the sum.
+        let linear = demand.voltage.plus(state.load.voltage);
         let compensator = state.compensation.then_some(&state.design.compensator);
-        let wanted = compensator.map_or(demand.voltage, |inverse| inverse.apply(demand.voltage, towards));
+        let wanted = compensator.map_or(linear, |inverse| inverse.apply(linear, towards));
         let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
         state.limit = limit;
         if let Some(error) = error {

@@ -2,6 +2,7 @@
 
 use crate::axis::track_sine::{Ahead, Asked, Units};
 use crate::axis::{self, Axis, Command};
+use crate::compensate::position_load::PositionLoad;
 use crate::config::{Config, ConfigError, ScaleError};
 use crate::identify::estimate::Estimates;
 use crate::protect::SettingsError;
@@ -30,13 +31,16 @@ pub struct Restored {
     pub estimates: Estimates,
     /// Use the inverse dead zone in the loops.
     pub compensation: bool,
+    /// The load over the place.
+    pub position_load: PositionLoad,
 }
 
 impl Restored {
     /// Of these parameters.
     #[must_use]
     pub fn of(parameters: &AxisParameters) -> Self {
-        Restored { estimates: parameters.estimates, compensation: parameters.compensation }
+        let AxisParameters { estimates, compensation, position_load, .. } = *parameters;
+        Restored { estimates, compensation, position_load }
     }
 }
 

@@ -96,6 +96,7 @@ impl State {
     fn advisory(&self) -> Advisory {
         match &self.listener {
             _ if self.dry => Advisory::StreamRanDry,
+            _ if self.load.waits() => Advisory::PositionLoadOff,
             Listener::Passive(passive) => match passive.worn() {
                 [false, false] => Advisory::None,
                 _ => Advisory::DeadZoneMoved,

@@ -125,6 +125,8 @@ impl<P: AsRef<Axis> + Clone> ServoAxis<P> {
         state.compensation = match restored {
             Some(restored) => {
                 Axis::take_over(state, &restored.estimates);
+                // It acts once the loops are known, and its zero is.
+                state.load.take(&restored.position_load, None, 0);
                 restored.compensation
             }
             None => kept,
@@ -189,9 +191,10 @@ impl<P: AsRef<Axis>> ServoAxis<P> {
         }
     }
 
-    /// Counts may have been lost: positions count from power-up again, and absolute targets need a new reference.
+    /// Counts may have been lost: positions count from power-up again, absolute targets need a new reference, and no table over the
+    /// place acts.
     pub fn lose_reference(&mut self) {
-        self.state.datum = None;
+        self.state.lose_reference();
     }
 
     /// What holds the constants in force; `None`: not configured.

@@ -3,6 +3,7 @@
 use super::Axis;
 use super::current_limit;
 use super::last_trusted::LastTrusted;
+use super::load::Load;
 use crate::axis::design::{self, Design};
 use crate::commission::{self, Outcome, Request};
 use crate::control::{self, Reference};
@@ -155,6 +156,8 @@ pub struct State {
     pub(crate) outcome: Option<Outcome>,
     /// What is known now, by whomever, trusted or not.
     pub(crate) known: Estimates,
+    /// What holds the load over the place.
+    pub(crate) load: Load,
     /// The last trusted value of each of them: what the loops use.
     pub(crate) last_trusted: LastTrusted,
     pub(crate) design: Design,
@@ -212,6 +215,7 @@ impl Axis {
             commissioning,
             outcome,
             known,
+            load,
             last_trusted,
             design,
             renewal,
@@ -227,12 +231,11 @@ impl Axis {
         (*compensation, *ordered) = (true, true);
         (*mode, *limit, *listener, *voltage) = (Mode::Idle, Limit::None, Listener::None, Voltage::ZERO);
         (*standstill, *reference) = (encoder::Standstill::default(), Reference::default());
-        (*known, *last_trusted) = (Estimates::default(), LastTrusted::default());
+        (*known, *last_trusted, *load) = Default::default();
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
         *renewal = design::Stage::Motor;
-        (*encoder, *control) = (encoder::State::default(), control::State::default());
-        (*pwm, *current_limit) = (pwm::State::default(), current_limit::State::default());
+        (*encoder, *control, *pwm, *current_limit) = Default::default();
         protect.restart();
     }
 }
@@ -320,6 +323,18 @@ impl State {
         self.search = None;
         self.missed = datum.is_none();
         self.datum = datum.or(self.datum);
+        if let Some(datum) = datum {
+            let before = self.load.voltage;
+            self.load.refer_to(datum);
+            self.control.shift(before.minus(self.load.voltage));
+        }
+    }
+
+    /// Counts may have been lost.
+    pub(super) fn lose_reference(&mut self) {
+        self.datum = None;
+        self.held = None;
+        self.load.found(None);
     }
 
     /// Holds the place where the shaft is, without what was pushed with until now.

@@ -275,13 +275,14 @@ impl Params {
             let slow = self.rated_counts(interval) / PAUSE;
             state.ramp.look(displacement, level, interval, slow);
         }
-        state.ramp.note_current(input.current_raw, sign, level);
+        state.ramp.note_current(input.current_raw, sign, at_winding(level, input, sign));
         state.ramp.unquiet |= level < QUIET.end && displacement.saturating_abs() >= NONE_SHOWN;
     }
 
     /// Why a shaft whose current says that it turns is not believed.
     fn unseen_motion(&self, state: &mut State, input: &Input, displacement: i32) -> Option<Reason> {
-        let (sign, level) = (state.sign(), state.ramp.level);
+        let sign = state.sign();
+        let level = at_winding(state.ramp.level, input, sign);
         let unproved = (state.stroke == 0 || state.course.doubt.is_some()) && !state.pulses.proved;
         // An encoder that shows an edge is there: it is waited for longer, because rated speed may be far too high.
         let edges = state.travel.wrapping_sub(state.ramp.path);
@@ -396,6 +397,11 @@ impl Params {
         }
         state.enter(Phase::Settle, input.count);
     }
+}
+
+/// A winding knows nothing of the load that a part of its voltage holds.
+fn at_winding(level: i32, input: &Input, sign: i32) -> i32 {
+    level + input.load.0 * sign
 }
 
 impl State {

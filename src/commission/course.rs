@@ -163,7 +163,7 @@ impl Params {
     pub(super) fn look(&self, state: &mut State, input: &Input) {
         let drives = matches!(state.phase, Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify);
         // What acts: a limit may have lowered what was asked for.
-        let level = if drives { input.voltage.0.saturating_mul(state.sign()) } else { 0 };
+        let level = if drives { input.net().0.saturating_mul(state.sign()) } else { 0 };
         let sign = if level > 0 { state.sign() } else { 0 };
         let share = if state.restless { AGAINST_SHARE_RESTLESS } else { AGAINST_SHARE };
         let course = &mut state.course;

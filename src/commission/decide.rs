@@ -52,7 +52,8 @@ impl Params {
 
     fn note_coast(&self, state: &mut State, window: &Window) {
         let direction = state.direction;
-        if !(state.identify.gate.still() && state.identify.gate.moving(direction)) {
+        let gate = &state.identify.gate;
+        if !((gate.still() || state.voltage.loaded) && gate.moving(direction)) {
             return;
         }
         // Shorter blocks by 2^k, see the coast test.

@@ -115,6 +115,7 @@ impl Params {
     #[inline(never)]
     fn begin_coast(&self, state: &mut State, input: &Input) {
         state.identify.relength(self.coast_lengths(state));
+        state.voltage.loaded = false;
         state.after_coast = match state.phase {
             Phase::Saturate => Phase::Verify,
             _ => Phase::Learn,
@@ -124,6 +125,11 @@ impl Params {
 
     #[inline]
     pub(super) fn coast(&self, state: &mut State, input: &Input) {
+        if state.elapsed == u32::from(self.scale.config.pwm_delay_ticks) && input.load.0 != 0 {
+            // From now on nothing is at the terminals, so windows need not be told from others by a voltage of zero.
+            state.identify.relength(self.coast_lengths(state));
+            state.voltage.loaded = true;
+        }
         let stopped = state.still > self.identify.block_ticks(&state.identify.lengths);
         if state.elapsed < self.coast_ticks(state) && !stopped {
             return;

@@ -82,7 +82,7 @@ impl Params {
     #[cold]
     #[inline(never)]
     fn lost(&self, state: &State, input: &Input) -> Option<Reason> {
-        let level = state.level.min(input.voltage.0.saturating_abs());
+        let level = state.level.min(input.net().0.saturating_abs());
         let driven_hard = level >= HARD.min(self.certain(state))
             && matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
         driven_hard.then(|| state.or_limited(Reason::MotionLost))

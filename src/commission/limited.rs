@@ -23,6 +23,8 @@ pub(super) struct Conditions {
     ticks: u32,
     /// At the end of full voltage, in one of the directions.
     pub full: bool,
+    /// In the coast under way nothing is at the terminals any more, and a load over the place is known.
+    pub loaded: bool,
     /// Voltage beyond friction since the step began, Q14 · ticks; `None`: the step was not held back.
     step: Option<i64>,
 }
@@ -40,7 +42,7 @@ impl State {
     /// The voltage of a ramp: what was asked for, or what the limit has left of it.
     #[inline]
     pub(super) fn ramp_level(&self, input: &Input) -> i32 {
-        let acting = input.voltage.0.saturating_mul(self.sign());
+        let acting = input.net().0.saturating_mul(self.sign());
         if self.voltage.now { self.level.min(acting).max(0) } else { self.level }
     }
 
@@ -109,7 +111,7 @@ impl Params {
         let direction = state.direction;
         let displacement = state.displacement(input.count);
         let friction = state.break_away[direction] / 4 * KINETIC_QUARTERS;
-        let drives = i64::from(input.voltage.0.saturating_mul(state.sign()).saturating_sub(friction).max(0));
+        let drives = i64::from(input.net().0.saturating_mul(state.sign()).saturating_sub(friction).max(0));
         let sum = state.voltage.step.unwrap_or(0).saturating_add(drives);
         state.voltage.step = Some(sum);
         if displacement < LEAST_COUNTS {

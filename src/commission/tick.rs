@@ -29,7 +29,7 @@ impl Params {
         let busy = busy || state.identify.is_sampling();
         let free = !waiting && !busy;
         let look = state.course.waits() && state.phase != Phase::Decide && self.looks(state, free);
-        self.identify.sum(&mut state.identify, input.count, input.voltage);
+        self.identify.sum(&mut state.identify, input.count, input.net());
         if waiting {
             self.use_window(state);
         } else if !busy {
@@ -46,7 +46,7 @@ impl Params {
             // Here already: in the next tick it is used, which takes long, too.
             state.window = state.identify.hop();
         }
-        self.request(state)
+        self.request(state, input)
     }
 
     /// Does the look at the course that waits take this tick?
@@ -78,15 +78,17 @@ impl Params {
 
     /// Which voltage, now.
     #[inline]
-    fn request(&self, state: &State) -> Request {
+    fn request(&self, state: &State, input: &Input) -> Request {
         let magnitude = match state.phase {
-            Phase::Settle | Phase::Coast => 0,
+            // With nothing at the terminals friction and input dead zone part; the load acts, and is taken off.
+            Phase::Coast => return Request { bridge: Bridge::Driven, voltage: VoltageQ14(0) },
+            Phase::Settle => 0,
             Phase::PulseTest | Phase::BreakAway | Phase::Learn | Phase::Saturate | Phase::Verify => {
                 state.level
             }
             Phase::Idle | Phase::Decide | Phase::Done | Phase::Refused => return Request::default(),
         };
-        Request { bridge: Bridge::Driven, voltage: VoltageQ14(magnitude * state.sign()) }
+        Request { bridge: Bridge::Driven, voltage: VoltageQ14(magnitude * state.sign() + input.load.0) }
     }
 
     /// What happens next.

@@ -369,5 +369,18 @@ settings! {
         default "what the supply gives" Value::None,
         since: 4,
     }
-    others {}
+    others {
+        /// [`crate::compensate::position_load::Load::period_counts`].
+        LoadPeriod = "position_load.period_counts",
+        /// [`crate::compensate::position_load::Harmonic::cycles`].
+        LoadCycles = "position_load.cycles",
+        /// [`crate::compensate::position_load::Harmonic::amplitude_v`] of one, or of all together with the constant.
+        LoadAmplitude = "position_load.amplitude_v",
+        /// [`crate::compensate::position_load::Harmonic::phase_rad`].
+        LoadPhase = "position_load.phase_rad",
+        /// How many harmonics there are.
+        LoadHarmonics = "position_load.harmonics",
+        /// The slope of the table, nominal supplies per count, beside what the position loop answers to a count.
+        LoadSlope = "position_load.amplitude_v x cycles / period_counts (steepness beside the loops)",
+    }
 }

@@ -2,7 +2,8 @@
 //!
 //! While 0 V lie at the terminals and the motor still turns, friction goes on braking: a + α·w + δ·j = −γ. A dead zone
 //! at the input ignores 0 V as it ignores any small voltage: a + α·w + δ·j = 0. The mean over the windows of a
-//! coast, relative to γ, is −1 or 0; what lies between is neither, or too noisy to tell.
+//! coast, relative to γ, is −1 or 0; what lies between is neither, or too noisy to tell. A load that depends on the place and is
+//! known acts like a voltage β·u, and is taken off.
 //!
 //! Coasts of fast motors are short, so their windows are: blocks shorter by 2ᵏ with W₀ = 2^(counts−k) keep the speed's
 //! unit, divide the acceleration by 2ᵏ and the jerk by 4ᵏ.
@@ -23,6 +24,7 @@ pub struct Sums {
     speed: i64,
     acceleration: i64,
     jerk: i64,
+    voltage: i64,
     windows: u32,
 }
 
@@ -33,17 +35,19 @@ impl Sums {
         self.speed = self.speed.wrapping_add(sign * i64::from(window.speed));
         self.acceleration = self.acceleration.wrapping_add((sign * i64::from(window.acceleration)) << shift);
         self.jerk = self.jerk.wrapping_add((sign * i64::from(window.jerk)) << (2 * shift));
+        self.voltage = self.voltage.wrapping_add(sign * i64::from(window.voltage));
         self.windows = self.windows.saturating_add(1);
     }
 
     /// Σ (a + α·w + δ·j), Q20.
     fn residual(&self, c: &Coefficients) -> i64 {
-        let product = |coefficient: i32, sum: i64| {
-            i64::from(coefficient).wrapping_mul(sum >> 6) >> (COEFFICIENT_FRAC - 6)
-        };
         let damping = product(c.alpha, self.speed);
         self.acceleration.wrapping_add(damping).wrapping_add(product(c.delta, self.jerk))
     }
+}
+
+fn product(coefficient: i32, sum: i64) -> i64 {
+    i64::from(coefficient).wrapping_mul(sum >> 6) >> (COEFFICIENT_FRAC - 6)
 }
 
 impl Sums {
@@ -72,7 +76,7 @@ impl Evidence {
     fn of(sums: &Sums, c: &Coefficients) -> Self {
         let gamma = i64::from(c.gamma) >> (COEFFICIENT_FRAC - ROW_FRAC);
         Evidence {
-            residual: sums.residual(c),
+            residual: sums.residual(c).wrapping_sub(product(c.beta, sums.voltage)),
             friction: gamma * i64::from(sums.windows),
             windows: sums.windows,
         }

@@ -240,7 +240,7 @@ impl Estimates {
             dead_zone: [0, 1].map(|side| voltage(&self.dead_zone[side])),
             saturation: [0, 1].map(|side| voltage(&self.saturation[side])),
             gain: self.gain.to_store(MOST_GAIN, MOST_GAIN),
-            time_constant: self.time_constant.to_store(i32::MAX, i32::MAX),
+            time_constant: self.time_constant.to_store(i32::MAX, MOST_GAIN),
             gain_skew: limited(self.gain_skew, MOST_SHARE),
             ..*self
         }

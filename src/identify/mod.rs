@@ -68,12 +68,25 @@ pub struct Input {
     /// Mean terminal voltage that acts from now to the next sample, the duty in force (after
     /// delay, clip and quantisation) times the measured supply. 0 unless the bridge is driven.
     pub voltage: VoltageQ14,
+    /// What of it holds a load that depends on the place and is known ([`crate::compensate::position_load`]); 0 where there is none.
+    pub load: VoltageQ14,
     /// State of the bridge from now to the next sample.
     pub bridge: Bridge,
     /// Measured supply; `None` when it is not measured.
     pub supply: Option<VoltageQ14>,
     /// Winding current in converter counts; `None` when it is not sensed.
     pub current_raw: Option<i16>,
+}
+
+impl Input {
+    /// What the motor is driven with beyond the load that is known. With an open bridge no voltage tells what drives it.
+    #[inline]
+    pub(crate) fn net(&self) -> VoltageQ14 {
+        match self.bridge {
+            Bridge::Open => self.voltage,
+            Bridge::Driven | Bridge::Shorted => VoltageQ14(self.voltage.0.wrapping_sub(self.load.0)),
+        }
+    }
 }
 
 /// Fixed numbers of one axis' identifier.

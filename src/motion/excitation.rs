@@ -6,21 +6,16 @@
 //! ```
 //!
 //! Phase and frequency are integers that grow by addition, so nothing drifts: the frequency is exact to 10⁻⁶ of the
-//! span for a linear chirp and 10⁻³ for a logarithmic one. The waveform is `micromath`'s sine in single precision, which
-//! is right to [`SINE_ERROR`] of the amplitude. That is enough *here*: whoever learns from the motion or records it
-//! takes the voltage that was applied, not the one that was meant, and a thousandth of third harmonic excites the motor
-//! no worse. Set-points come from [`crate::motion::sine::sin_cos`] instead.
+//! span for a linear chirp and 10⁻³ for a logarithmic one. The sine is that of the set-points, [`crate::motion::sine`].
 //!
 //! A motor without identified gains can be excited; the identification in ordinary motion learns from it. Nothing is
 //! compensated: the voltage stands at the terminals.
 
 use crate::config::{ConfigError, Field, Scale, within};
-use crate::units::{Voltage, mul_shift, to_fixed};
+use crate::units::{Voltage, mul_shift_within, sin, to_fixed};
 use micromath::F32Ext;
 use serde::{Deserialize, Serialize};
 
-/// Largest error of the waveform, share of the amplitude.
-pub const SINE_ERROR: f32 = 0.0012;
 /// Smallest amplitude, share of the nominal supply.
 const LEAST_AMPLITUDE: f32 = 0.001;
 /// Lowest frequency, Hz.
@@ -30,8 +25,6 @@ const FEWEST_TICKS: f32 = 20.0;
 /// Length, s.
 const SHORTEST_S: f32 = 0.1;
 const LONGEST_S: f32 = 3_600.0;
-/// Fraction bits of the sine.
-const SINE_BITS: u32 = 15;
 
 /// How the frequency gets from its first to its last value.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
@@ -106,12 +99,10 @@ impl Excitation {
     /// The voltage of this tick; `None` behind the last.
     pub fn step(&mut self) -> Option<Voltage> {
         self.left = self.left.checked_sub(1)?;
-        let turned = (self.phase >> 32) as i32;
-        let sine = F32Ext::sin(turned as f32 * RADIANS);
+        let sine = sin((self.phase >> 32) as u32);
         self.phase = self.phase.wrapping_add(self.increment);
         self.increment = self.change.after(self.increment);
-        let sine = (sine * (1u32 << SINE_BITS) as f32) as i32;
-        Some(Voltage(mul_shift(self.amplitude, sine, SINE_BITS)))
+        Some(Voltage(mul_shift_within(self.amplitude, sine, 30)))
     }
 
     /// Frequency of the next tick, turns per tick, Q32.
@@ -120,9 +111,6 @@ impl Excitation {
         (self.increment >> 32) as u32
     }
 }
-
-/// A phase of 2³² is a turn.
-const RADIANS: f32 = core::f32::consts::PI / 2_147_483_648.0;
 
 /// What becomes of the frequency from one tick to the next.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

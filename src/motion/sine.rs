@@ -13,7 +13,7 @@
 use super::trajectory::{Limits, ONE, PI, envelope, ramp_turns, root};
 use crate::control::Reference;
 use crate::units::{
-    ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, mul_high, mul_shift, mul_shift_within,
+    ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, mul_high, mul_shift, mul_shift_within, sin,
     to_fixed,
 };
 
@@ -24,21 +24,6 @@ pub fn sin_cos(phase: u32) -> (i32, i32) {
     (sin(phase), sin(phase.wrapping_add(1 << 30)))
 }
 
-/// sin of `phase` (2³² a turn), Q30, within [`SIN_ERROR`].
-#[inline]
-fn sin(phase: u32) -> i32 {
-    let turned = phase as i32;
-    // −x; beyond a quarter turn sin(π − x) = sin x. Then ±1 in Q30 is ±90°.
-    let x = if (turned ^ (turned << 1)) < 0 { turned.wrapping_sub(i32::MIN) } else { turned.wrapping_neg() };
-    // −x²/2 in Q32: for x = −1 … 1 it is −2³¹ … 0, so that the upper word of a product with it is all that is needed.
-    let z = mul_high(x << 1, x << 1).wrapping_neg() << 1;
-    let horner = |sum: i32, coefficient: i32| mul_high(sum, z).wrapping_add(coefficient);
-    // Written out: an image optimised for size would keep a loop.
-    let [a, b, c, d, e, f, g] = TAYLOR;
-    let sum = horner(horner(horner(horner(horner(horner(a, b), c), d), e), f), g);
-    mul_shift_within(sum, x, 30)
-}
-
 /// Ticks between two set-points that are computed, at most.
 pub const MOST_BETWEEN: u32 = 8;
 /// Position, counts, and share of the largest acceleration that may be left out in between.
@@ -46,11 +31,6 @@ const MOST_LEFT_OUT: (f32, f32) = (1.0 / 1024.0, 1.0 / 64.0);
 
 /// Largest error of [`sin_cos`], LSB of Q30 (2⁻³⁰).
 pub const SIN_ERROR: i32 = 4;
-/// Taylor coefficients of −sin(πx/2)/x in −x²/2, from the sixth power down to the constant, Q30: −2ᵏ·(π/2)ⁿ/n! with
-/// n = 2k + 1. The first one left out is 7·10⁻¹⁰. Negative, like −x²/2: of sums that it knows to be positive the compiler
-/// makes unsigned numbers, and a product of two signs takes seven instructions instead of one.
-const TAYLOR: [i32; 7] =
-    [-3_912, -123_655, -2_756_359, -40_215_962, -342_277_223, -1_387_197_337, -1_686_629_713];
 
 /// A sine with smooth ends, planned.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]

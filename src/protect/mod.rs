@@ -82,6 +82,8 @@ pub struct Input {
     pub input_dead_zone: bool,
     /// Terminal voltage that the observed load takes.
     pub load: Voltage,
+    /// What holds a load that depends on the place and is known: it moves nothing.
+    pub position_load: Voltage,
     /// At rest within the hold band: nothing is to move.
     pub holding: bool,
     /// A motion that does not end by itself: it needs a host that lives.

@@ -213,7 +213,7 @@ impl State {
     /// they do while the current still flows the old way.
     #[inline]
     pub fn step(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
-        let voltage = input.averages.voltage.unwrap_or(Voltage::ZERO);
+        let voltage = input.averages.voltage.map_or(Voltage::ZERO, |acts| acts.minus(input.position_load));
         let direction = voltage.0.signum();
         self.flow = approach(self.flow, voltage.0, expectation.inverse_lag);
         let left = |torque, margins| expectation.drive(torque, direction, margins, self.load);

@@ -1,7 +1,8 @@
 //! Sets of parameters as older images stored them, and what a set of today is made of them.
 
 use super::AxisParameters;
-use crate::config::Config;
+use crate::compensate::position_load::PositionLoad;
+use crate::config::{Config, LATEST};
 use crate::control::Tuning;
 use crate::protect::Settings;
 use serde::{Deserialize, de::DeserializeOwned};
@@ -59,6 +60,8 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
     // From layout 4 on every setting tells the layout in which it came.
     let config = match layout {
         1..=3 => take::<Config3>(rest)?.migrate(),
+        // As it is now: the image needs no look at what came when.
+        LATEST.. => take(rest)?,
         _ => Config::take(layout, rest, &Config::EXAMPLE)?,
     };
     let estimates = take(rest)?;
@@ -71,7 +74,12 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
         1 | 2 => Settings::default(),
         _ => take(rest)?,
     };
-    Some(Some(AxisParameters { config, estimates, tuning, compensation, protection }))
+    // Layout 5 came with the load over the place.
+    let position_load = match layout {
+        1..=4 => PositionLoad::default(),
+        _ => take(rest)?,
+    };
+    Some(Some(AxisParameters { config, estimates, tuning, compensation, protection, position_load }))
 }
 
 /// The next item.

@@ -20,20 +20,23 @@ mod layouts;
 
 pub use event::{SaveError, StoreEvent};
 
+use crate::compensate::position_load::PositionLoad;
 use crate::config::{Config, ConfigError, Field, LATEST, within};
 use crate::control::Tuning;
 use crate::identify::estimate::Estimates;
 use crate::protect::{self, Settings, SettingsError};
 use crate::sample::Bridge;
 use crate::store::checksum::CHECKSUM;
-use serde::{Deserialize, Serialize};
+use serde::{Deserialize, Deserializer, Serialize};
 
 /// Axes that one record has room for. An image that drives more needs a longer record, which is another layout.
 pub const MAX_AXES: usize = 4;
-/// Bytes of a record. Four axes take up to 609 bytes in postcard ([`Estimates::to_store`] sees to it).
+/// Bytes of a record. Four axes take up to 625 bytes in postcard ([`Estimates::to_store`] sees to it), each sine of a table of the
+/// load 6 more.
 pub const RECORD_LEN: usize = 640;
-/// Layout that this image writes: that of the latest setting, since nothing else has changed after it.
-pub const LAYOUT: u16 = LATEST;
+/// Layout that this image writes. It came with the load over the place.
+pub const LAYOUT: u16 = 5;
+const _: () = assert!(LATEST <= LAYOUT);
 
 const HEADER_LEN: usize = 8;
 const PAYLOAD_END: usize = RECORD_LEN - 4;
@@ -51,9 +54,30 @@ pub struct AxisParameters {
     pub compensation: bool,
     /// What the user chose about protection.
     pub protection: Settings,
+    /// The load over the place; none before layout 5.
+    pub position_load: PositionLoad,
+}
+
+/// A set of parameters. A function of its own: within that of the commands it would take twice the room in an image.
+#[inline(never)]
+pub(crate) fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<AxisParameters, D::Error> {
+    AxisParameters::deserialize(deserializer)
 }
 
 impl AxisParameters {
+    /// Of an axis about which nothing but its configuration is known or chosen.
+    #[must_use]
+    pub fn new(config: Config) -> Self {
+        Self {
+            config,
+            estimates: Estimates::default(),
+            tuning: Tuning::default(),
+            compensation: true,
+            protection: Settings::default(),
+            position_load: PositionLoad::default(),
+        }
+    }
+
     /// Can an axis be built from them?
     pub fn check(&self) -> Result<(), SettingsError> {
         self.within_range().map_err(SettingsError::Value)?;
@@ -64,7 +88,9 @@ impl AxisParameters {
     /// What neither configuration nor protection will look at.
     pub(crate) fn within_range(&self) -> Result<(), ConfigError> {
         let (low, high) = Tuning::BANDWIDTHS;
-        within(Field::Bandwidth, self.tuning.bandwidth, low, high).and_then(|()| self.estimates.check())
+        within(Field::Bandwidth, self.tuning.bandwidth, low, high)?;
+        self.position_load.check(f32::MAX)?;
+        self.estimates.check()
     }
 }
 
@@ -196,8 +222,7 @@ impl<'a> Record<'a> {
         }
         for _ in 0..axes {
             let axis = match self.layout {
-                1..LAYOUT => layouts::axis(self.layout, &mut rest)?,
-                LAYOUT => layouts::take(&mut rest)?,
+                1..=LAYOUT => layouts::axis(self.layout, &mut rest)?,
                 _ => return None,
             };
             if let Err(Some(_)) = set.axes.push(axis) {

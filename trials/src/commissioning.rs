@@ -59,6 +59,7 @@ fn input(scale: &Scale, sample: &Sample, bridge: Bridge, duty: i16) -> Input {
     Input {
         count: sample.count,
         voltage: VoltageQ14((i32::from(duty) * supply.0 + full / 2).div_euclid(full)),
+        load: VoltageQ14(0),
         bridge,
         supply: (sample.vbus_raw != Sample::VBUS_NOT_MEASURED).then_some(supply),
         current_raw: Sample::sensed(sample.current_raw),

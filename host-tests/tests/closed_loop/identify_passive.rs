@@ -54,6 +54,7 @@ impl Listening {
         let input = Input {
             count: self.sample.count,
             voltage: VoltageQ14(i32::from(duty) * supply.0 / full),
+            load: VoltageQ14(0),
             bridge,
             supply: Some(supply),
             current_raw: None,
@@ -139,8 +140,14 @@ fn an_hour_of_standstill_changes_no_number_but_ends_trust() {
     let plant = plant(Family::G2, Severity::Nominal, 9);
     let (outcome, _) = commission_outcome(&plant, 5.0, 9);
     let mut listening = Listening::knowing(&plant, &outcome.estimates);
-    let input =
-        Input { count: 5, voltage: VoltageQ14(0), bridge: Bridge::Shorted, supply: None, current_raw: None };
+    let input = Input {
+        count: 5,
+        voltage: VoltageQ14(0),
+        load: VoltageQ14(0),
+        bridge: Bridge::Shorted,
+        supply: None,
+        current_raw: None,
+    };
     for _ in 0..3_600_000 {
         listening.params.step(&mut listening.state, &mut listening.known, &input);
     }
@@ -223,7 +230,7 @@ fn an_axis_follows_wear_and_says_so() {
         let (grown, source) = match expected {
             Advisory::None => (1.0, Source::Stored),
             Advisory::DeadZoneMoved => (1.4, Source::Trusted),
-            Advisory::StreamRanDry => unreachable!("nothing is streamed"),
+            other => unreachable!("{other:?}: nothing is streamed, and no load is known"),
         };
         assert!(
             record.dead_zone_source.iter().all(|is| [source, Source::Trusted].contains(is)),

@@ -8,6 +8,7 @@ mod memory;
 mod qemu;
 mod qemu_excitation;
 mod qemu_four_axes;
+mod qemu_position_load;
 mod qemu_referencing;
 mod qemu_stack;
 mod qemu_store;

@@ -3,6 +3,7 @@
 
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
+use servo::compensate::position_load::PositionLoad;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
@@ -202,6 +203,7 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
             tuning: Tuning { bandwidth, integral: compensation },
             compensation,
             protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
+            position_load: PositionLoad::default(),
         },
     )
 }

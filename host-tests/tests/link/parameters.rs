@@ -1,5 +1,6 @@
 //! Parameters key by key, and from a model to the numbers of the firmware.
 
+use servo::compensate::position_load::PositionLoad;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, Mechanism};
 use servo::protect::{Action, Fault, Settings};
@@ -17,6 +18,7 @@ fn blank() -> AxisParameters {
         tuning: Tuning::default(),
         compensation: true,
         protection: Settings::default(),
+        position_load: PositionLoad::default(),
     }
 }
 

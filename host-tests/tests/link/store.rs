@@ -3,6 +3,8 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use servo::axis::Bridge;
+use servo::compensate::position_load::{Harmonic, Load, PositionLoad};
+use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Standing};
 use servo::optional::Optional;
@@ -194,6 +196,27 @@ fn layout_3_is_migrated() {
 }
 
 /// An older image on a newer image's flash: it asks for commissioning and does not reach for an older set.
+/// The very bytes that layout 4 had: no load over the place.
+#[test]
+fn layout_4_is_migrated() {
+    let text = include_str!("store_layout_4.hex").trim();
+    let byte = |at: usize| u8::from_str_radix(&text[at..at + 2], 16).expect("a byte");
+    let used: Vec<u8> = (0..text.len()).step_by(2).map(byte).collect();
+    let mut record = encode(&(), 1, 4).expect("fits");
+    record[..used.len()].copy_from_slice(&used);
+    let step = |crc: u32, _| if crc & 1 == 1 { crc >> 1 ^ 0xEDB8_8320 } else { crc >> 1 };
+    let covered = &record[..RECORD_LEN - 4];
+    let checksum = !covered.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), step));
+    record[RECORD_LEN - 4..].copy_from_slice(&checksum.to_le_bytes());
+    let mut parameters = set(0);
+    for axis in parameters.axes.iter_mut().flatten() {
+        assert_ne!(axis.position_load, PositionLoad::default());
+        axis.position_load = PositionLoad::default();
+    }
+    let loaded = Record::parse(&record).expect("a record").load();
+    assert_eq!(loaded, Loaded::Set { parameters, layout: 4 });
+}
+
 #[test]
 fn an_unknown_layout_asks_for_commissioning() {
     let mut store = new_store();
@@ -256,6 +279,7 @@ fn the_largest_set_fits_into_a_record() {
             thermal: Some(Thermal { continuous_a: 1.0, time_constant_s: u16::MAX }),
             command_timeout_ms: u16::MAX,
         },
+        position_load: PositionLoad::default(),
     };
     // The largest that a configuration may have.
     axis.config.counts_per_rev = 1_000_000;
@@ -268,7 +292,16 @@ fn the_largest_set_fits_into_a_record() {
     let set: StoredParameters = StoredParameters { axes: core::iter::repeat_n(Some(axis), 4).collect() };
     assert_eq!(set.axes.len(), 4);
     let record = encode(&set, u32::MAX, LAYOUT).expect("fits");
-    assert_eq!(used(&record).len() - 8, 609, "as docs/store.md and `RECORD_LEN` say");
+    assert_eq!(used(&record).len() - 8, 625, "as docs/store.md and `RECORD_LEN` say");
+    // With a table of four sines three axes fit, whatever their numbers.
+    let sine = Harmonic { cycles: 60_000, amplitude_v: 0.8, phase_rad: -0.001 };
+    let table = Load { period_counts: 1 << 23, constant_v: -2.7, harmonics: &[sine; 4] };
+    let scale = Config::EXAMPLE.build().expect("a scale");
+    axis.position_load = table.build(&scale).expect("a table").absolute(true);
+    let axes = |number| -> StoredParameters {
+        StoredParameters { axes: core::iter::repeat_n(Some(axis), number).collect() }
+    };
+    assert!(encode(&axes(3), u32::MAX, LAYOUT).is_ok() && encode(&axes(4), u32::MAX, LAYOUT).is_err());
 }
 
 /// An image has room for the axes that it drives, and what it has no room for must be nothing.

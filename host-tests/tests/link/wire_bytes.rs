@@ -48,6 +48,7 @@ fn commands() -> Vec<Command> {
             acceleration_rad_s2: Some(0.75),
             ticks: 200,
         }),
+        Command::PositionLoad(set(2).axes[0].expect("an axis").position_load),
     ]
 }
 

@@ -179,7 +179,7 @@ impl Params {
     pub fn step_beside(&self, state: &mut State, known: &mut Estimates, input: &Input, busy: bool) -> bool {
         let hopped = state.identify.hopped();
         let news = hopped && !busy && self.hop(state, known, input.supply.is_some());
-        self.identify.sum(&mut state.identify, input.count, input.voltage);
+        self.identify.sum(&mut state.identify, input.count, input.net());
         if busy {
             state.identify.still_hopped(hopped);
             return false;

@@ -547,6 +547,8 @@ impl Winding {
         };
         let uncertain = uncertain.wrapping_add(balance.unsure);
         let (most, least) = (balance.emf().wrapping_add(uncertain), balance.emf().wrapping_sub(uncertain));
+        // Shifted: an image that is small divides 64 bits by calling for 900 bytes more.
+        let half = expected >> 1;
         // So soon only this very moment's resistance can tell.
         let soon = !overdue && missing.likely < LEAST_LIKELY;
         match () {
@@ -556,11 +558,11 @@ impl Winding {
             }
             () if missing.reversed => Some(Fault::WrongDirection),
             () if self.slow => None,
-            () if least > expected / 2 && missing.followed <= BACKWARDS_COUNTS => Some(Fault::WrongDirection),
-            () if overdue && most < expected / 2 => Some(Fault::Stalled),
+            () if least > half && missing.followed <= BACKWARDS_COUNTS => Some(Fault::WrongDirection),
+            () if overdue && most < half => Some(Fault::Stalled),
             // It does not get better: a shaft that turns has made as many counts at least.
-            () if missing.sure >= missing.enough && most < expected - expected / 8 => Some(Fault::Stalled),
-            () if least > expected / 2 => Some(Fault::EncoderUnplugged),
+            () if missing.sure >= missing.enough && most < expected - (expected >> 3) => Some(Fault::Stalled),
+            () if least > half => Some(Fault::EncoderUnplugged),
             () => None,
         }
     }

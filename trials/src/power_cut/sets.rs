@@ -1,6 +1,7 @@
 //! Sets of parameters that differ, and what an image of the past would have stored.
 
 use serde::Serialize;
+use servo::compensate::position_load::{Harmonic, Load, PositionLoad};
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimate, Estimates, Mechanism, Reason, Standing};
@@ -24,6 +25,21 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
         tuning: Tuning { bandwidth: 0.6 + number as f32 / 1000.0, integral: !number.is_multiple_of(3) },
         compensation: number.is_multiple_of(2),
         protection: Settings::default(),
+        position_load: position_load(number),
+    }
+}
+
+/// None for some, and for four axes: a record has no room for so many tables.
+fn position_load(number: u32) -> PositionLoad {
+    let sine =
+        |cycles| Harmonic { cycles, amplitude_v: 0.25 + (number % 1000) as f32 / 1000.0, phase_rad: 1.5 };
+    let table =
+        Load { period_counts: 4096 + number, constant_v: -0.5, harmonics: &[sine(1), sine(7), sine(12)] };
+    let scale = config(number, 0).build().expect("within its ranges");
+    if number % 5 == 1 || number % 4 == 3 {
+        PositionLoad::default()
+    } else {
+        table.build(&scale).expect("small").absolute(true)
     }
 }
 
@@ -156,6 +172,7 @@ impl SetLayout1 {
 pub fn limited_as_layout_3(set: &StoredParameters) -> StoredParameters {
     let mut set = set.clone();
     for axis in set.axes.iter_mut().flatten() {
+        axis.position_load = PositionLoad::default();
         axis.config = Config {
             supply_low_v: Optional::NONE,
             supply_high_v: Optional::NONE,

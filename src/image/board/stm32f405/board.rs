@@ -3,11 +3,15 @@
 
 use super::pins::Pin;
 use super::stage::PowerStage;
+use heapless::Vec;
 use servo::drivers::drv8301::Settings;
 use servo::drivers::reach::Reach;
 use servo::drivers::scales::Scales;
 use servo::drivers::sense::{CurrentKind, Divider, Rises, Scale};
 use servo::optional::Optional;
+
+/// Channels of one injected sequence of a converter.
+pub const MOST_CHANNELS: usize = 4;
 
 /// A board.
 pub struct Board {
@@ -147,15 +151,22 @@ impl Board {
         Scales { supply: Optional::new(SCALE.supply_volt_per_lsb(self.supply.divider)), current }
     }
 
-    /// Converter channels of the winding currents of the first `axes` axes, in the order in which they are measured.
-    pub fn currents(&self, axes: usize) -> impl Iterator<Item = u8> + Clone {
-        self.axes.iter().take(axes).flat_map(|axis| {
-            let (channels, count) = match axis.current {
-                Current::Sensor(channel) => ([channel, 0], 1),
-                Current::LowLegs(channels, _) => (channels, 2),
+    /// Converter channels of the winding currents of the first `axes` axes, in the order in which they are measured. A list: the
+    /// chain of iterators takes 600 bytes more of the image.
+    #[inline(never)]
+    pub fn currents(&self, axes: usize) -> Vec<u8, MOST_CHANNELS> {
+        let mut list = Vec::new();
+        for axis in self.axes.iter().take(axes) {
+            let channels = match &axis.current {
+                Current::Sensor(channel) => core::slice::from_ref(channel),
+                Current::LowLegs(channels, _) => channels,
             };
-            channels.into_iter().take(count)
-        })
+            for channel in channels {
+                // No board has more.
+                let _ = list.push(*channel);
+            }
+        }
+        list
     }
 
     /// True if one of the first `axes` axes has its legs on this timer.
@@ -165,8 +176,13 @@ impl Board {
 
     /// Channels of the timer with a low side, for the first `axes` axes: one bit each.
     pub fn low_sides(&self, timer: PwmTimer, axes: usize) -> u8 {
-        let legs = self.axes.iter().take(axes).filter(|axis| axis.timer == timer).flat_map(|axis| axis.legs);
-        legs.filter(|_| self.stage.has_low_sides()).fold(0, |bits, leg| bits | 1 << leg)
+        let mut bits = 0;
+        for axis in self.axes.iter().take(axes) {
+            if axis.timer == timer && self.stage.has_low_sides() {
+                bits |= 1 << axis.legs[0] | 1 << axis.legs[1];
+            }
+        }
+        bits
     }
 
     /// True if this channel is a line b.

@@ -15,8 +15,8 @@ const TRIGGER_TIM1: u8 = 0b0001;
 pub fn start(common: &ADC_COMMON, currents: &ADC1, supply: &ADC2, board: &Board, axes: usize) {
     // APB2 / 4 = 21 MHz; the limit is 36 MHz.
     common.ccr().write(|w| w.adcpre().div4());
-    sequence(currents, board.currents(axes));
-    sequence(supply, [board.supply.channel].into_iter());
+    sequence(currents, &board.currents(axes));
+    sequence(supply, &[board.supply.channel]);
     currents.cr1().write(|w| w.scan().set_bit().jeocie().set_bit());
     supply.cr1().write(|w| w.scan().set_bit());
     for converter in [&**currents, &**supply] {
@@ -28,12 +28,12 @@ pub fn start(common: &ADC_COMMON, currents: &ADC1, supply: &ADC2, board: &Board,
     }
 }
 
-/// At most four channels. A sequence shorter than four *ends* at JSQ4 (RM0090 section 13.13.12); its results begin at JDR1
+/// At most [`MOST_CHANNELS`](super::board::MOST_CHANNELS). A sequence shorter than four *ends* at JSQ4 (RM0090 section 13.13.12); its results begin at JDR1
 /// all the same.
-fn sequence(converter: &RegisterBlock, channels: impl Iterator<Item = u8> + Clone) {
-    let unused = 4 - channels.clone().count().clamp(1, 4) as u8;
+fn sequence(converter: &RegisterBlock, channels: &[u8]) {
+    let unused = 4 - channels.len().clamp(1, 4) as u8;
     converter.jsqr().write(|w| {
-        for (place, channel) in (unused..4).zip(channels.clone()) {
+        for (place, &channel) in (unused..4).zip(channels) {
             // SAFETY: channels 0 … 18 are defined.
             unsafe { w.jsq(place).bits(channel) };
         }
@@ -45,7 +45,7 @@ fn sequence(converter: &RegisterBlock, channels: impl Iterator<Item = u8> + Clon
         }
         w
     });
-    if channels.clone().any(|channel| channel < 10) {
+    if channels.iter().any(|&channel| channel < 10) {
         converter.smpr2().write(|w| {
             for channel in 0..10 {
                 w.smp(channel).set(SAMPLE_TIME);
@@ -84,7 +84,7 @@ unsafe impl Send for Channel {}
 impl Channel {
     /// Currents of the axis of this number: the only one, or those of leg a and leg b.
     pub fn currents(board: &Board, axis: usize) -> [Self; 2] {
-        let first = board.currents(axis).count();
+        let first = board.currents(axis).len();
         // SAFETY: valid for the life of the program; reading a result has no side effect.
         let converter: &'static RegisterBlock = unsafe { &*ADC1::ptr() };
         [first, first + 1].map(|place| Self { converter, place })

@@ -104,7 +104,7 @@ impl Board for Stm32f405 {
     /// Refuses what the timer cannot make, and scales of other boards: the control rate must divide the PWM frequency, a duty acts one tick later, and
     /// the currents of all axes are measured within half a PWM period.
     fn supports(config: &Config, protection: Option<&Settings>) -> Result<(), Refusal> {
-        let shortest = timing::least_full_scale(BOARD.currents(AXES).count() as u8);
+        let shortest = timing::least_full_scale(BOARD.currents(AXES).len() as u8);
         if config.pwm_full_scale < shortest {
             let (minimum, maximum) = (f32::from(shortest), f32::from(i16::MAX));
             return Err(ConfigError { field: Field::PwmFullScale, minimum, maximum }.into());

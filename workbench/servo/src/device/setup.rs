@@ -13,7 +13,6 @@ use serde::Deserialize;
 use servo::config::Config;
 use servo::control::Tuning;
 use servo::drivers::scales::Scales;
-use servo::identify::estimate::Estimates;
 use servo::link::board::{Board, Clock};
 use servo::optional::Optional;
 use servo::protect::{Action, Fault, Settings, Thermal};
@@ -77,16 +76,11 @@ impl Setup {
     /// What is to be in force. `before`: what is in force on the servo; `None`: it knows nothing. What was identified
     /// is forgotten.
     pub fn parameters(&self, before: Option<&AxisParameters>) -> AxisParameters {
-        let fresh = AxisParameters {
-            config: self.config,
-            estimates: Estimates::default(),
-            tuning: Tuning::default(),
-            compensation: true,
-            protection: Settings::default(),
-        };
+        let fresh = AxisParameters::new(self.config);
         let kept = before.map_or(fresh, |before| AxisParameters {
             config: self.config.keeping_limits(&before.config),
             estimates: fresh.estimates,
+            position_load: fresh.position_load,
             ..*before
         });
         self.choices.over(kept)

@@ -187,6 +187,9 @@ pub fn named(text: &str, fault: Fault) -> String {
 pub fn advisory_text(advisory: Advisory) -> Option<&'static str> {
     match advisory {
         Advisory::None => None,
+        Advisory::PositionLoadOff => Some(
+            "the table of the load does not act: its angle is not known since power-up (find the reference), or it is too steep for the loops",
+        ),
         Advisory::StreamRanDry => Some(
             "no further point of the streamed motion came in time, and the axis slowed down to rest by itself: send points \
              earlier, or fewer of them",

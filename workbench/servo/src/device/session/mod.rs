@@ -265,6 +265,7 @@ impl Session {
         match task {
             Task::Commission { budget_s, seed } => self.commission(*budget_s, *seed, progress),
             Task::Adopt(estimates) => self.adopt(estimates),
+            Task::PositionLoad(load) => self.command(Command::PositionLoad(*load)).map(|_| Done::Adopted),
             Task::Reference(how) => self.reference(*how, progress),
             Task::Store => self.store(progress),
             Task::Move(target) => self.go(*target, progress),

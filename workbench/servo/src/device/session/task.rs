@@ -2,6 +2,7 @@
 
 use crate::device::motion_profile::Profile;
 use servo::commission::Outcome;
+use servo::compensate::position_load::PositionLoad;
 use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::link::capture::{Extent, Shot, Stage, Trigger};
 use servo::motion::excitation::Waveform;
@@ -19,6 +20,8 @@ pub enum Task {
     },
     /// Use what an earlier commissioning has found.
     Adopt(Box<Estimates>),
+    /// Hold the load over the place with this table, over the angle since power-up.
+    PositionLoad(PositionLoad),
     /// Arm a capture when the next motion begins; what it holds is read out behind it.
     Capture {
         /// What to wait for.
@@ -70,7 +73,7 @@ pub struct Arrival {
 pub enum Done {
     /// End of a commissioning.
     Commissioned(Box<Outcome>),
-    /// Estimates are in use.
+    /// Estimates or a table are in use.
     Adopted,
     /// Positions are absolute; where zero's mark was found, counts from power-up.
     Referenced(i64),

@@ -32,6 +32,8 @@
 //! Adaptive dead-zone inverses: G. Tao, P. V. Kokotović, *Adaptive Control of Systems with Actuator and Sensor
 //! Nonlinearities*, Wiley 1996, ch. 3.
 
+pub mod position_load;
+
 use crate::units::{Voltage, mul_shift, mul_shift_within, to_fixed};
 
 /// The width ε of the smooth part.

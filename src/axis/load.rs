@@ -1,0 +1,119 @@
+//! The load over the place at work: where its angle counts from, and whether it acts.
+//!
+//! The counter starts anywhere at power-up, so a table acts only where its angle is known: one over the angle since power-up in the
+//! session in which it came, one over the angle from the reference once that was found. A stored table waits for the reference.
+//! Once counts may have been lost none acts.
+
+use super::{Axis, Refusal, State};
+use crate::compensate::position_load::{PositionLoad, Step};
+use crate::units::Voltage;
+
+/// The load over the place.
+#[derive(Clone, Copy, Debug, Default)]
+pub(crate) struct Load {
+    /// What holds it here, now.
+    pub(crate) voltage: Voltage,
+    acts: bool,
+    /// It is not too steep for the loops.
+    suits: bool,
+    /// Counter where that was computed.
+    count: i32,
+    /// Counter at the table's zero; `None`: not known.
+    place: Option<i32>,
+    step: Step,
+    table: PositionLoad,
+}
+
+impl Load {
+    /// One tick: the voltage of the place where the counter is.
+    #[inline]
+    pub(super) fn watch(&mut self, count: i32) {
+        if self.acts {
+            self.follow(count);
+        }
+    }
+
+    /// Nothing new where the shaft has not moved.
+    #[cold]
+    #[inline(never)]
+    fn follow(&mut self, count: i32) {
+        if count != self.count {
+            self.settle(count);
+        }
+    }
+
+    /// Is there a table that is to act, and may?
+    fn is_chosen(&self) -> bool {
+        self.table.is_on() && self.table.is_trusted()
+    }
+
+    /// Does it act now, and with which voltage here?
+    fn settle(&mut self, count: i32) {
+        self.count = count;
+        (self.acts, self.voltage) = (false, Voltage::ZERO);
+        if let Some(place) = self.place
+            && self.suits
+            && self.is_chosen()
+        {
+            self.acts = true;
+            self.voltage = self.step.voltage(&self.table, count.wrapping_sub(place));
+        }
+    }
+
+    /// Is there one that is to act, may, and does not?
+    pub(super) fn waits(&self) -> bool {
+        !self.acts && self.is_chosen()
+    }
+
+    /// This table from now on, whose zero is at this place, if it is known. Call [`Load::renew`] after it.
+    pub(super) fn take(&mut self, table: &PositionLoad, place: Option<i32>, count: i32) {
+        (self.table, self.place, self.count) = (*table, place, count);
+    }
+
+    /// Beside these loops. In a tick of its own: it divides.
+    #[inline(never)]
+    pub(super) fn renew(&mut self, per_count: f32) {
+        self.step = self.table.step();
+        self.suits = self.table.check(per_count).is_ok();
+        self.settle(self.count);
+    }
+
+    /// The reference was found.
+    pub(super) fn refer_to(&mut self, datum: i32) {
+        if self.table.is_absolute() {
+            self.found(Some(datum));
+        }
+    }
+
+    /// The table's zero is there from now on; `None`: counts may have been lost.
+    pub(super) fn found(&mut self, place: Option<i32>) {
+        self.place = place;
+        self.settle(self.count);
+    }
+
+    /// The table as another session can use it: from the reference, if that is known.
+    #[inline(never)]
+    pub(super) fn told(&self, datum: Option<i32>) -> PositionLoad {
+        match self.place.zip(datum) {
+            Some((place, datum)) if !self.table.is_absolute() => {
+                self.table.moved(self.step, datum.wrapping_sub(place)).absolute(true)
+            }
+            _ => self.table,
+        }
+    }
+}
+
+impl Axis {
+    /// In any mode but those that excite: the integrator gives what the table takes over.
+    #[inline(never)]
+    pub(super) fn position_load(&self, state: &mut State, load: &PositionLoad) -> Result<(), Refusal> {
+        self.unexcited(state)?;
+        let per_count = state.design.loops.per_count();
+        load.check(per_count).map_err(Refusal::Value)?;
+        let before = state.load.voltage;
+        state.load.take(load, if load.is_absolute() { state.datum } else { state.zero }, state.count);
+        state.load.renew(per_count);
+        state.control.shift(before.minus(state.load.voltage));
+        Ok(())
+    }
+}
