@@ -3,12 +3,14 @@
 
 pub mod bench;
 pub mod case_files;
+pub mod case_motor;
 pub mod commissioning;
 pub mod counts;
 pub mod exec_bench;
 pub mod families;
 pub mod faults;
 pub mod firmware;
+pub mod host_servo;
 pub mod measured;
 pub mod naming;
 pub mod next_experiment;

@@ -13,7 +13,6 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use proving::commands::{bench, cases, demo, instructions, judge};
 use truing_core::text::input_error::nearest;
-use truing_improve::commands::record;
 use truing_servo::commands::{capture, commission, monitor, move_to, params, replay, track};
 
 /// For the help.
@@ -56,6 +55,9 @@ pub enum Command {
     Track(track::Arguments),
     /// Let the firmware go to a place and hold it.
     Move(move_to::Arguments),
+    /// Those of the loop that closes itself.
+    #[command(flatten)]
+    Loop(truing_improve::commands::Command),
     /// Count the instructions of a control tick of the firmware in QEMU.
     Instructions(instructions::Arguments),
     /// Run the main job end to end and write a report.
@@ -66,8 +68,6 @@ pub enum Command {
     Monitor(monitor::Arguments),
     /// Read, change, store and reset a servo's parameters; turn a model into parameters.
     Params(params::Arguments),
-    /// Move a servo so that its log tells effects apart, within its limits.
-    Record(record::Arguments),
     /// Run a firmware log through the library on the host and compare every bit.
     Replay(replay::Arguments),
     /// Draw data in which an effect is hidden, answers apart.
@@ -109,12 +109,12 @@ impl Cli {
             Command::Commission(arguments) => commission::run(&arguments),
             Command::Track(arguments) => track::run(&arguments),
             Command::Move(arguments) => move_to::run(&arguments),
+            Command::Loop(command) => command.run(),
             Command::Instructions(arguments) => instructions::run(&arguments),
             Command::Demo(arguments) => demo::command::run(&arguments),
             Command::Capture(arguments) => capture::run(&arguments),
             Command::Monitor(arguments) => monitor::run(&arguments),
             Command::Params(arguments) => params::run(&arguments),
-            Command::Record(arguments) => record::run(&arguments),
             Command::Replay(arguments) => replay::run(&arguments),
             Command::Cases(arguments) => cases::run(&arguments),
             Command::Completions(arguments) => completions::run(&arguments),

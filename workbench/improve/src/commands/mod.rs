@@ -1,3 +1,31 @@
-//! One file a subcommand.
+//! One file a subcommand, or several that share their work.
 
+pub mod improve;
 pub mod record;
+
+use clap::Subcommand;
+
+/// The subcommands of the loop.
+#[derive(Debug, Subcommand)]
+pub enum Command {
+    /// Move a servo so that its log tells effects apart, within its limits.
+    Record(record::Arguments),
+    /// Improve how a servo follows: record, name, compensate, measure again, keep or roll back.
+    Improve(improve::Improve),
+    /// List what `truing improve` has tried.
+    History(improve::History),
+    /// Bring back what was in force before an improvement.
+    Undo(improve::Undo),
+}
+
+impl Command {
+    /// Runs the chosen one. An error is one sentence for the user.
+    pub fn run(&self) -> anyhow::Result<()> {
+        match self {
+            Command::Record(arguments) => record::run(arguments),
+            Command::Improve(arguments) => improve::improve(arguments),
+            Command::History(arguments) => improve::history(arguments),
+            Command::Undo(arguments) => improve::undo(arguments),
+        }
+    }
+}

@@ -1,0 +1,179 @@
+//! `truing improve` on drawn motors: `cargo run -p evaluation --bin improve -- --motors 20`.
+//!
+//! Every motor is one of the case generator's, with effects that nobody is told of, behind the servo's library. The servo knows
+//! supply, rated speed and encoder. One run of the loop; afterwards the same motor, with other noise, follows a sine at a fifth of
+//! full speed and a slow crawl with the numbers of before and of after.
+
+use clap::Parser;
+use evaluation::Results;
+use rayon::prelude::*;
+use std::time::Instant;
+use trials::case_motor::{CaseMotor, config};
+use trials::host_servo::{HostServo, Outside};
+use truing::device::session::Listening;
+use truing::improve::bench::Bench;
+use truing::improve::candidate;
+use truing::improve::improving::{self, Improved, Job};
+use truing::improve::trial::{self, Tried};
+use truing::synthetic::cases::{self, Case, Set, Spec};
+use truing::system::model;
+
+/// Improves drawn motors.
+#[derive(Parser)]
+struct Arguments {
+    /// Motors.
+    #[arg(long, default_value_t = 20)]
+    motors: usize,
+    /// First seed.
+    #[arg(long, default_value_t = 1)]
+    first: u32,
+    /// Effects that hide in each motor: 0 … 3.
+    #[arg(long, default_value_t = 1)]
+    effects: usize,
+    /// Motor time of each, s.
+    #[arg(long, default_value_t = 60.0)]
+    budget_s: f64,
+    /// Give the loop the data sheet, too: the linear model, off by its tolerance.
+    #[arg(long)]
+    sheet: bool,
+    #[command(flatten)]
+    results: Results,
+}
+
+const SETS: [Set; 4] = [Set::Nothing, Set::Single, Set::Pair, Set::Triple];
+const LISTENING: Listening = Listening { axis: 0, every: 1 };
+/// Noise of the motor that judges is another.
+const OTHER_NOISE: u64 = 1 << 32;
+
+/// One motor.
+struct Seen {
+    seed: u32,
+    hidden: String,
+    named: String,
+    outcome: String,
+    motor_s: f64,
+    host_s: f64,
+    /// How many times smaller the errors are, sine and crawl; 1 where nothing was kept.
+    ratios: Option<[f64; 2]>,
+    kept: bool,
+}
+
+fn main() {
+    let arguments = Arguments::parse();
+    let mut page = arguments.results.page();
+    let spec = Spec { evaluation: true, ..Spec::new(SETS[arguments.effects.min(3)]) };
+    let seeds: Vec<u32> = (arguments.first..)
+        .filter(|&seed| CaseMotor::new(&cases::draw(&spec, seed), 0).is_some())
+        .take(arguments.motors)
+        .collect();
+    let seen: Vec<Seen> = seeds.par_iter().map(|&seed| improved(&arguments, &spec, seed)).collect();
+    page.line("| motor | hidden | named | outcome | motor time, s | sine, error before / after | crawl, error before / after |\n|---|---|---|---|---|---|---|");
+    for it in &seen {
+        let [sine, crawl] = it
+            .ratios
+            .map_or(["–".into(), "–".into()], |ratios| ratios.map(|ratio| format!("{ratio:.3}")));
+        let Seen { seed, hidden, named, outcome, motor_s, .. } = it;
+        page.line(format!("| {seed} | {hidden} | {named} | {outcome} | {motor_s:.1} | {sine} | {crawl} |"));
+    }
+    summary(&mut page, &seen);
+    let last = seeds.last().copied().unwrap_or_default();
+    page.close(&format!("{} … {last}, those with an encoder at the motor", arguments.first));
+}
+
+fn summary(page: &mut evaluation::Page, seen: &[Seen]) {
+    let kept = seen.iter().filter(|it| it.kept).count();
+    let worse = seen
+        .iter()
+        .filter_map(|it| it.ratios)
+        .filter(|ratios| ratios.iter().any(|ratio| *ratio < 1.0))
+        .count();
+    let median = |which: usize, of: &[&Seen]| {
+        let mut ratios: Vec<f64> = of.iter().filter_map(|it| Some(it.ratios?[which])).collect();
+        ratios.sort_by(f64::total_cmp);
+        ratios.get(ratios.len() / 2).copied().unwrap_or(f64::NAN)
+    };
+    let all: Vec<&Seen> = seen.iter().collect();
+    let improved: Vec<&Seen> = seen.iter().filter(|it| it.kept).collect();
+    page.line(format!("\n{} motors, {kept} improved, {worse} worse in a motion afterwards.", seen.len()));
+    for (what, of) in [("all", &all), ("improved", &improved)] {
+        page.line(format!("Median ratio, {what}: sine {:.3}, crawl {:.3}.", median(0, of), median(1, of)));
+    }
+    let slowest = seen.iter().map(|it| it.host_s).fold(0.0, f64::max);
+    let longest = seen.iter().map(|it| it.motor_s).fold(0.0, f64::max);
+    page.line(format!("Motor time at most {longest:.1} s; host time at most {slowest:.1} s."));
+}
+
+fn servo(case: &Case, noise: u64, outside: &Outside) -> Box<HostServo> {
+    let motor = CaseMotor::new(case, noise).expect("it was asked before");
+    Box::new(HostServo::power_up(Box::new(motor), config(case), outside))
+}
+
+/// One run of the loop, and what it was worth.
+fn improved(arguments: &Arguments, spec: &Spec, seed: u32) -> Seen {
+    let (case, outside) = (cases::draw(spec, seed), Outside::default());
+    let folder = tempfile::tempdir().expect("a folder");
+    let begin = Instant::now();
+    let job = Job {
+        setup: config(&case).into(),
+        model: arguments.sheet.then(|| sheet(&case)),
+        out: folder.path().to_owned(),
+        budget_s: arguments.budget_s,
+        seed: u64::from(seed),
+        analyse: Box::new(candidate::analysed),
+    };
+    let bench = Bench::new(servo(&case, u64::from(seed), &outside), LISTENING);
+    let found = improving::run(bench, job, &mut |_| {});
+    let host_s = begin.elapsed().as_secs_f64();
+    let hidden: Vec<String> =
+        case.answer.hidden.iter().map(|it| format!("{} ({:.1} σ)", it.name, it.visibility)).collect();
+    let seen = Seen {
+        seed,
+        hidden: hidden.join(", "),
+        named: "–".into(),
+        outcome: String::new(),
+        motor_s: f64::NAN,
+        host_s,
+        ratios: None,
+        kept: false,
+    };
+    match found {
+        Ok(found) => {
+            let names = found.entries.last().map(|entry| entry.names.join(", ")).unwrap_or_default();
+            let ratios = if found.improved { worth(&case, &found) } else { Some([1.0; 2]) };
+            let outcome = format!("{}: {}", if found.improved { "kept" } else { "as it was" }, found.why);
+            Seen { named: names, outcome, motor_s: found.motor_s, ratios, kept: found.improved, ..seen }
+        }
+        Err(error) => Seen { outcome: format!("{error:#}"), ..seen },
+    }
+}
+
+/// The data sheet, with the encoder of the servo.
+fn sheet(case: &Case) -> model::Model {
+    let mut model = model::parse("sheet.toml", &case.model).expect("a model");
+    let encoder = format!("counts_per_rev = {}", config(case).counts_per_rev);
+    let text: Vec<String> = case
+        .model
+        .lines()
+        .map(|line| if line.starts_with("counts_per_rev") { encoder.clone() } else { line.to_owned() })
+        .filter(|line| {
+            !["speed =", "speed_window_s", "current_logged", "sample_hz"]
+                .iter()
+                .any(|key| line.starts_with(key))
+        })
+        .collect();
+    model = model::parse(&model.source, &text.join("\n")).expect("a model");
+    model
+}
+
+/// Errors of before over errors of after.
+fn worth(case: &Case, found: &Improved) -> Option<[f64; 2]> {
+    let wire = servo(case, OTHER_NOISE, &Outside::default());
+    let mut bench = Bench::new(wire, LISTENING);
+    match trial::run(&mut bench, [&found.began_with?, &found.in_force?]).ok()? {
+        Tried::Whole(trial) => {
+            let ratios: Vec<f64> = trial.motions.iter().map(|it| it.ratio.mean).collect();
+            ratios.try_into().ok()
+        }
+        Tried::Faulted(..) => None,
+    }
+}

@@ -1,0 +1,5 @@
+//! The loop that closes itself, on a servo without a chip: hours of motion in seconds.
+
+mod command;
+mod rig;
+mod undone;

@@ -1,0 +1,160 @@
+//! What is kept, what is rolled back, and that nothing else ever happens.
+
+use crate::rig::{DEAD_ZONE, Held, bench, bits, config, improved, job, motor, power_up, text};
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
+use servo::axis::Bridge;
+use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Standing, TIME_FRAC};
+use servo::link::protocol::Command;
+use servo::store::AxisParameters;
+use std::cell::OnceCell;
+use std::path::PathBuf;
+use std::rc::Rc;
+use trials::host_servo::Outside;
+use truing::device::link::Client;
+use truing::device::setup::Setup;
+use truing::improve::candidate::{self, Analysed};
+use truing::improve::history;
+use truing::improve::improving::{self, Job, Stop};
+use truing::system::model::{self, KT, Model};
+
+/// What a commissioning without error would know of the linear motor.
+fn linear() -> AxisParameters {
+    let known = motor("").physics();
+    let config = config();
+    let trusted = |value: f64| Estimate { value: value as i32, u95: 0, standing: Standing::Trusted };
+    let nominal = f64::from(config.supply_nominal_v) / f64::from(config.rated_speed_rad_s);
+    let estimates = Estimates {
+        gain: trusted(known.dc_gain() * nominal * f64::from(1u32 << GAIN_FRAC)),
+        time_constant: trusted(
+            known.time_constant_s() * f64::from(config.tick_hz) * f64::from(1u32 << TIME_FRAC),
+        ),
+        ..Estimates::default()
+    };
+    AxisParameters { estimates, ..Setup::from(config).parameters(None) }
+}
+
+#[test]
+fn a_motor_with_a_dead_zone_follows_better_and_that_is_stored() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let found = improved(DEAD_ZONE, None, &outside, folder.path());
+    assert!(found.improved, "{}", found.why);
+    assert_eq!(bits(found.in_force), bits(*outside.stored.borrow()));
+    let last = found.entries.iter().find(|entry| entry.kept).expect("an entry that was kept");
+    for it in &last.trial.as_ref().expect("a trial").motions {
+        assert!(it.ratio.low > 1.5, "{} {}", it.motion.name, it.ratio.text());
+    }
+    let bench = bench(power_up(DEAD_ZONE, &outside));
+    let (number, _) =
+        truing::improve::commands::improve::undone(&bench, folder.path(), None).expect("an undo");
+    assert_eq!(
+        bits(*outside.stored.borrow()),
+        bits(None),
+        "entry {number} began from an axis that knew nothing"
+    );
+    let told = history::text(&history::read(folder.path()).expect("a history"));
+    assert!(told.contains("kept") && told.contains("was undone"), "{told}");
+}
+
+#[test]
+fn a_motor_with_nothing_to_gain_stays_as_it_is() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    outside.stored.replace(Some(linear()));
+    let found = improved("", None, &outside, folder.path());
+    assert!(!found.improved, "{}", found.why);
+    assert_ne!(found.stop, Stop::Fault, "{}", found.why);
+    assert_eq!(bits(*outside.in_force.borrow()), bits(Some(linear())));
+    assert_eq!(bits(*outside.stored.borrow()), bits(Some(linear())));
+    assert_eq!(outside.bridge.get(), Bridge::Open);
+}
+
+/// The model claims a dead zone that the motor has not: its compensation would make the shaft rattle.
+#[test]
+fn a_candidate_that_follows_worse_is_rolled_back_bit_for_bit() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    outside.stored.replace(Some(linear()));
+    let wrong = motor("[known.dead_zone]\nhalf_width_v = 3.0\n");
+    let found = improved("", Some(wrong), &outside, folder.path());
+    assert!(!found.improved, "{}", found.why);
+    let tried = found.entries.iter().filter(|entry| entry.after.is_some()).count();
+    assert!(tried > 0, "the candidate was tried: {}", found.why);
+    assert_eq!(bits(*outside.in_force.borrow()), bits(Some(linear())));
+    assert_eq!(bits(*outside.stored.borrow()), bits(Some(linear())));
+}
+
+/// Line unplugged, host killed, disk gone: stored is what was stored, or what was kept after a whole trial; and a servo that
+/// went on with a candidate loses it to the next command.
+#[test]
+fn two_hundred_interruptions_leave_the_old_parameters_in_force() {
+    let mut random = ChaCha8Rng::seed_from_u64(5);
+    let mut unplugged = 0;
+    // One search for all: what it finds is the same every time.
+    let found: Rc<OnceCell<Analysed>> = Rc::default();
+    for number in 0..200 {
+        let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+        outside.stored.replace(Some(linear()));
+        let held = Held::new(power_up(DEAD_ZONE, &outside), &outside);
+        let instant = random.random_range(0..60_000);
+        let disk = number % 2 == 0;
+        match disk {
+            true => held.loses_folder(instant, folder.path()),
+            false => outside.lost_at.set(Some(instant)),
+        }
+        let once = Rc::clone(&found);
+        let analyse = move |model: &Model, logs: &[PathBuf]| {
+            Ok(once.get_or_init(|| candidate::analysed(model, logs).expect("names")).clone())
+        };
+        let job = Job { analyse: Box::new(analyse), ..job(None, folder.path()) };
+        let ended = improving::run(bench(held.clone()), job, &mut |_| {});
+        let stored = *outside.stored.borrow();
+        let kept = bits(stored) != bits(Some(linear()));
+        assert!(
+            !kept
+                || ended.is_ok()
+                || history::read(folder.path()).is_ok_and(|all| all.iter().any(|it| it.kept))
+                || disk
+        );
+        if disk || ended.is_ok() {
+            assert_eq!(bits(*outside.in_force.borrow()), bits(stored), "instant {instant}");
+            assert_eq!(outside.bridge.get(), Bridge::Open, "instant {instant}");
+            continue;
+        }
+        unplugged += 1;
+        let error = format!("{:#}", ended.expect_err("the line is lost"));
+        assert!(error.contains("line is lost") || error.contains("does not answer"), "{error}");
+        outside.lost_at.set(None);
+        let bench = bench(held);
+        improving::recover(&bench, folder.path(), &mut |_| {}).expect("the servo is back");
+        assert_eq!(bits(bench.in_force().expect("an answer")), bits(stored), "instant {instant}");
+    }
+    assert!(unplugged > 50, "{unplugged} interruptions met the loop");
+}
+
+#[test]
+fn what_is_no_number_or_out_of_range_is_refused_on_the_chip_and_on_the_host() {
+    let outside = Outside::default();
+    outside.stored.replace(Some(linear()));
+    let mut client = Client::new(Box::new(power_up("", &outside)));
+    let mut refused = |command: Command| {
+        client.command(command, &mut |_| {}).expect_err("it is refused");
+        assert_eq!(bits(client.parameters().expect("an answer")), bits(Some(linear())));
+    };
+    let mut bandwidth = linear();
+    bandwidth.tuning.bandwidth = f32::NAN;
+    refused(Command::Restore(bandwidth));
+    let mut speed = linear();
+    speed.config.rated_speed_rad_s = f32::NAN;
+    refused(Command::Restore(speed));
+    let mut estimates = linear().estimates;
+    estimates.gain.value = i32::MAX;
+    refused(Command::Adopt(estimates));
+    estimates = linear().estimates;
+    estimates.dead_zone[1] = Estimate { value: -1, u95: 0, standing: Standing::Trusted };
+    refused(Command::Adopt(estimates));
+
+    let mut broken = motor(DEAD_ZONE);
+    broken.set_parameter(KT, f64::NAN);
+    candidate::candidate(&broken, &linear()).expect_err("no number follows from it");
+    model::parse("motor.toml", &text("[known.dead_zone]\nhalf_width_v = nan\n"))
+        .expect_err("nor is it one in a file");
+}

@@ -1,0 +1,177 @@
+//! A servo on the bench: what is in force on it, and the time that its motor has been under way.
+
+use crate::history::Moment;
+use crate::motions::Motion;
+use crate::shared::Shared;
+use servo::link::protocol::Command;
+use servo::protect::Fault;
+use servo::record::Activity;
+use servo::store::AxisParameters;
+use truing_core::text::input_error::InputError;
+use truing_servo::device::link::{Client, Wire, fault_advice};
+use truing_servo::device::run_log::RunLog;
+use truing_servo::device::session::{self, Kept, Listening, Session, SessionResult, Span, Start, Task};
+use truing_servo::device::tracking::TrackJson;
+
+/// A shaft that moves no more than a count in this time stands, s.
+const STILL_S: f64 = 0.1;
+/// Nobody waits longer than this for a shaft to stand, s.
+const LONGEST_REST_S: f64 = 10.0;
+
+/// The servo.
+pub struct Bench {
+    wire: Shared,
+    listening: Listening,
+    /// How long the motor has been commissioned, recorded and tried, s.
+    pub motor_s: f64,
+}
+
+impl Bench {
+    /// Nothing is sent yet.
+    pub fn new(wire: Box<dyn Wire>, listening: Listening) -> Self {
+        Self { wire: Shared::new(wire), listening, motor_s: 0.0 }
+    }
+
+    /// The line for a session of its own, and how it listens.
+    pub fn line(&self) -> (Box<dyn Wire>, Listening) {
+        (self.wire.line(), self.listening)
+    }
+
+    fn client(&self) -> Client {
+        let mut client = Client::new(self.wire.line());
+        client.select(self.listening.axis);
+        client
+    }
+
+    /// What is in force; `None`: the axis is not configured.
+    pub fn in_force(&self) -> Result<Option<AxisParameters>, InputError> {
+        let mut client = self.client();
+        client.command(Command::Subscribe { every: self.listening.every }, &mut |_| {})?;
+        client.parameters()
+    }
+
+    /// Host and servo at once.
+    pub fn moment(&self) -> Result<Moment, InputError> {
+        let mut client = self.client();
+        let tick = client.command(Command::Subscribe { every: self.listening.every }, &mut |_| {})?;
+        Ok(Moment { second: jiff::Timestamp::now().as_second(), tick })
+    }
+
+    /// Stops the motor, puts a set in force in RAM and reads it back; `None`: an axis that is not configured. An
+    /// interruption does not keep it from that.
+    ///
+    /// # Errors
+    /// The servo cannot be reached, refuses the set, or tells another one: then it is not known what is in force.
+    pub fn put(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
+        let mut client = self.client();
+        if client.stop(&mut |_| {}).is_none() {
+            return Err(InputError("the servo does not answer".into()));
+        }
+        let command = parameters.map_or(Command::Reset, |parameters| Command::Restore(*parameters));
+        client.command(command, &mut |_| {})?;
+        let told = client.parameters()?;
+        if bits(told.as_ref()) != bits(parameters) {
+            return Err(InputError("the servo tells other parameters than it was given".into()));
+        }
+        Ok(())
+    }
+
+    /// Has the servo store what is in force, once the shaft stands, and reads it back.
+    pub fn keep(&self, parameters: &AxisParameters) -> Result<(), InputError> {
+        self.session(Start::Stored, &[Task::Store])?.whole()?;
+        match bits(self.in_force()?.as_ref()) == bits(Some(parameters)) {
+            true => Ok(()),
+            false => Err(InputError("the servo has stored other parameters than it was given".into())),
+        }
+    }
+
+    /// The same for an axis that nothing is known of.
+    pub fn keep_nothing(&self) -> Result<(), InputError> {
+        self.client().save(&mut |_| {})
+    }
+
+    /// Counts the motor time of a session.
+    pub fn took(&mut self, log: &RunLog) {
+        let ticks = log.rows.first().zip(log.rows.last()).map_or(0, |(first, last)| last.tick - first.tick);
+        self.motor_s += f64::from(ticks) / f64::from(log.config.tick_hz);
+    }
+
+    /// A session of its own on this line.
+    pub fn session(&self, start: Start, tasks: &[Task]) -> Result<SessionResult, InputError> {
+        session::run_kept(self.wire.line(), start, self.listening, tasks, &mut |_| {})
+    }
+
+    /// A set in force, the place where the shaft stands as home, and runs from there.
+    pub fn runs(&self, parameters: &AxisParameters) -> Result<Runs, InputError> {
+        self.put(Some(parameters))?;
+        let mut runs =
+            Runs { session: Session::open(self.wire.line(), Start::Stored, self.listening)?, seconds: 0.0 };
+        runs.rest(|_| true)?;
+        runs.session.command(Command::Restore(*parameters))?;
+        // Positions count from the first record.
+        runs.session.kept.get_mut().log = RunLog::new(parameters.config);
+        runs.session.pause(0.0)?;
+        Ok(runs)
+    }
+}
+
+/// A set as text, in which one bit that differs shows.
+fn bits(parameters: Option<&AxisParameters>) -> Option<String> {
+    serde_json::to_string(&parameters).ok()
+}
+
+/// Runs of one axis, all from the same place.
+pub struct Runs {
+    session: Session,
+    /// How long the motor was under way, s.
+    pub seconds: f64,
+}
+
+/// How a run ended.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Followed {
+    /// Rms of the position error of each motion, rad.
+    Whole(Vec<f64>),
+    /// A fault ended it: which, and what to do.
+    Faulted(String),
+}
+
+impl Runs {
+    /// Follows all motions with these numbers in use: at home, at rest, and back to an open bridge. The numbers are adopted
+    /// in RAM; nothing is stored.
+    pub fn follow(&mut self, numbers: &AxisParameters, motions: &[Motion]) -> Result<Followed, InputError> {
+        self.rest(|_| true)?;
+        self.session.command(Command::Adopt(numbers.estimates))?;
+        self.session.command(Command::Compensation(numbers.compensation))?;
+        let begun = self.session.command(Command::Arm)?;
+        self.session.command(Command::Position(0.0))?;
+        self.rest(|kept| kept.activity() == Activity::Holding)?;
+        let mut rms = Vec::new();
+        for motion in motions {
+            let start = self.session.command(motion.command())?;
+            let end = start + self.session.ticks(motion.seconds);
+            let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
+            self.session.run_to(end, faulted, "tracking", &mut |_| {})?;
+            let span = Span { start, hold: end, end, faulted: false };
+            rms.push(TrackJson::new(&self.session.kept.borrow().log, &span).position_rms_rad);
+        }
+        let fault = self.session.kept.borrow().log.fault();
+        let ended = self.session.command(Command::Stop)?;
+        self.seconds += f64::from(ended - begun) / f64::from(self.session.config().tick_hz);
+        Ok(match fault {
+            Fault::None => Followed::Whole(rms),
+            fault => Followed::Faulted(fault_advice(fault)),
+        })
+    }
+
+    /// Waits until the shaft stands and the axis is in such a state; a fault ends the wait.
+    fn rest(&mut self, such: impl Fn(&Kept) -> bool) -> Result<(), InputError> {
+        let session = &mut self.session;
+        // The records of before are none of this rest.
+        session.pause(STILL_S)?;
+        let (still, end) =
+            (session.standstill(), session.kept.borrow().now() + session.ticks(LONGEST_REST_S));
+        let over = |kept: &Kept| kept.activity() == Activity::Faulted || kept.stands(still) && such(kept);
+        session.run_to(end, over, "settling", &mut |_| {}).map(|_| ())
+    }
+}

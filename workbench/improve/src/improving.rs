@@ -1,0 +1,399 @@
+//! The loop: record, name, compensate, try, keep or roll back; and again, as long as it brings something.
+//!
+//! Whatever ends it, one set is in force in the end, and read back: the last one that was kept, or the one of before.
+
+use crate::bench::Bench;
+use crate::candidate::{self, Analysed};
+use crate::history::{self, Entry, Gap, Pending};
+use crate::motions::ability;
+use crate::record::Plan;
+use crate::recording;
+use crate::trial::{self, Tried};
+use anyhow::Result;
+use serde::Serialize;
+use servo::identify::estimate::{Estimate, Estimates, Standing};
+use servo::store::AxisParameters;
+use std::path::{Path, PathBuf};
+use truing_core::outcome::{Outcome, Verdict};
+use truing_core::system::model::Model;
+use truing_core::text::input_error::{InputError, NotDone};
+use truing_report::console::interrupt;
+use truing_servo::device::commission_report::CommissionJson;
+use truing_servo::device::session::{Done, Start, Task};
+use truing_servo::device::setup::Setup;
+
+/// The loop goes round so often at most.
+const ROUNDS: usize = 3;
+/// Length of a commissioning, s: that of `truing commission`.
+const COMMISSION_S: f64 = 5.0;
+/// Further experiments of a round that parts the names of a tie.
+const EXPERIMENTS: usize = 2;
+
+/// What is to be improved, and with what.
+pub struct Job {
+    /// The axis file.
+    pub setup: Setup,
+    /// A model to begin from; `None`: what the servo knows of its motor.
+    pub model: Option<Model>,
+    /// Folder of logs, history and report.
+    pub out: PathBuf,
+    /// Time that the motor may take, s.
+    pub budget_s: f64,
+    /// Orders what is recorded.
+    pub seed: u64,
+    /// How a log is looked at: [`candidate::analysed`].
+    pub analyse: Analyse,
+}
+
+/// Finds in all logs together what a model lacks.
+pub type Analyse = Box<dyn Fn(&Model, &[PathBuf]) -> Result<Analysed>>;
+
+/// Why the loop has ended.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize)]
+#[serde(rename_all = "snake_case")]
+pub enum Stop {
+    /// Model and motor differ by noise alone, or the motor follows to a count.
+    NoiseFloor,
+    /// Nothing that was tried follows better, or there was nothing to try.
+    NothingGained,
+    /// What is left has no name in the library: nothing is compensated that is not understood.
+    OutsideTheLibrary,
+    /// Another step would take more time than is left.
+    MotorTime,
+    /// The loop went round as often as it may.
+    Rounds,
+    /// A fault, a refusal or the data ended it.
+    Fault,
+}
+
+/// `truing-improve/1`.
+#[derive(Debug, Serialize)]
+pub struct Improved {
+    /// `truing-improve/1`.
+    pub schema: &'static str,
+    /// Why it has ended.
+    pub stop: Stop,
+    /// The same in a sentence.
+    pub why: String,
+    /// How long the motor was under way, s.
+    pub motor_s: f64,
+    /// Was anything kept?
+    pub improved: bool,
+    /// What was tried.
+    pub entries: Vec<Entry>,
+    /// Old numbers of the first trial; `None`: there was none.
+    pub began_with: Option<AxisParameters>,
+    /// In force in the end; `None`: the axis is not configured, as before.
+    pub in_force: Option<AxisParameters>,
+    /// Answers of the gap workflow, one a round, for the report.
+    #[serde(skip)]
+    pub outcomes: Vec<Outcome>,
+    /// The last extended model.
+    #[serde(skip)]
+    pub model: Option<Model>,
+}
+
+/// Is told what happens.
+pub type Listener<'a> = dyn FnMut(&str) + 'a;
+
+/// An end of the loop, with its sentence; it is passed on like an error.
+#[derive(Debug, thiserror::Error)]
+#[error("{1}")]
+struct Ended(Stop, String);
+
+fn ended<T>(stop: Stop, why: impl Into<String>) -> Result<T> {
+    Err(Ended(stop, why.into()).into())
+}
+
+/// Runs the loop. In every case the servo is left as [`Improved::in_force`] says.
+///
+/// # Errors
+/// The servo is lost, an interruption, files that cannot be written. The old set is in force again; if not, the error says
+/// so.
+pub fn run(bench: Bench, job: Job, say: &mut Listener) -> Result<Improved> {
+    let _hold = interrupt::hold();
+    recover(&bench, &job.out, say)?;
+    let before = bench.in_force()?;
+    if before.is_some_and(|before| !job.setup.agrees(&before.config)) {
+        let what = "the axis file describes another axis than the one that is in force; correct it, or `truing params reset`";
+        return Err(InputError(what.into()).into());
+    }
+    let (entries, outcomes) = Default::default();
+    let (base, fresh, began_with, recordings) = Default::default();
+    let mut improving =
+        Improving { bench, job, standing: before, base, fresh, began_with, recordings, entries, outcomes };
+    let ended = improving.rounds(say);
+    improving.leave(ended)
+}
+
+/// Rolls back what a killed command may have left in force.
+pub fn recover(bench: &Bench, out: &Path, say: &mut Listener) -> Result<()> {
+    let Some(pending) = Pending::read(out)? else { return Ok(()) };
+    let now = bench.moment()?;
+    if bench.in_force()?.is_some_and(|acting| pending.lingers(&acting, &now)) {
+        bench.put(pending.before.as_ref())?;
+        say("an earlier command was killed: its candidate was in force, the old parameters are again");
+    }
+    Pending::end(out)
+}
+
+struct Improving {
+    bench: Bench,
+    job: Job,
+    /// What is left in force whatever happens: that of before, or the last one that was kept.
+    standing: Option<AxisParameters>,
+    /// Old numbers of the trials: what stands, or the linear ones of a commissioning where the loops cannot be closed with it.
+    base: Option<AxisParameters>,
+    /// What a commissioning of this command has found, until it was tried.
+    fresh: Option<AxisParameters>,
+    began_with: Option<AxisParameters>,
+    recordings: u64,
+    entries: Vec<Entry>,
+    outcomes: Vec<Outcome>,
+}
+
+impl Improving {
+    fn left_s(&self) -> f64 {
+        self.job.budget_s - self.bench.motor_s
+    }
+
+    /// Goes round until something ends it.
+    fn rounds(&mut self, say: &mut Listener) -> Result<()> {
+        let closes = self.standing.filter(|standing| ability(standing).is_some());
+        self.base = closes;
+        if closes.is_none_or(|standing| standing.estimates.gain.trusted().is_none()) {
+            self.commission(say)?;
+        }
+        for _ in 0..ROUNDS {
+            self.round(say)?;
+        }
+        ended(Stop::Rounds, format!("{ROUNDS} rounds were made"))
+    }
+
+    /// Numbers with which the loops can be closed and a first model exists. For the trial the servo takes gain and time constant
+    /// even where it does not trust them: the motor will show what they are worth.
+    fn commission(&mut self, say: &mut Listener) -> Result<()> {
+        if self.left_s() < COMMISSION_S {
+            return ended(Stop::MotorTime, "the motor time does not suffice for a commissioning");
+        }
+        say("commissioning: the servo does not know its motor yet");
+        let setup = self.standing.map_or(self.job.setup, |standing| standing.config.into());
+        let nothing = AxisParameters {
+            estimates: Estimates::default(),
+            ..self.job.setup.parameters(self.standing.as_ref())
+        };
+        self.pending(nothing)?;
+        let task = Task::Commission { budget_s: COMMISSION_S, seed: self.job.seed as u32 };
+        let result = self.bench.session(Start::Configure(setup), &[task])?.whole()?;
+        self.bench.took(&result.log);
+        result.log.save(&self.job.out.join("commissioning.csv"))?;
+        let Some(Done::Commissioned(outcome)) = result.done.first() else {
+            return ended(Stop::Fault, "the servo has not ended its commissioning");
+        };
+        let config = result.log.config;
+        if let Some(refused) = CommissionJson::new(outcome, &config)?.beside(&result.log).refused {
+            return ended(Stop::Fault, format!("the commissioning was refused: {}", refused.text));
+        }
+        let found = Estimates {
+            gain: taken(outcome.estimates.gain),
+            time_constant: taken(outcome.estimates.time_constant),
+            ..outcome.estimates
+        };
+        let linear =
+            Estimates { gain: found.gain, time_constant: found.time_constant, ..Estimates::default() };
+        let linear = AxisParameters { config, estimates: linear, compensation: false, ..nothing };
+        if ability(&linear).is_none() {
+            return ended(Stop::Fault, "the commissioning has found no gain");
+        }
+        self.base = self.base.or(Some(linear));
+        self.fresh = Some(AxisParameters { config, estimates: found, ..nothing });
+        Ok(())
+    }
+
+    /// One round; it ends the loop if another one would bring nothing more.
+    fn round(&mut self, say: &mut Listener) -> Result<()> {
+        let base = self.base.ok_or_else(|| InputError("there is nothing to begin from".into()))?;
+        let known = self.fresh.unwrap_or(base);
+        let Some(model) = self.job.model.clone().or_else(|| candidate::first_model(&known)) else {
+            return ended(Stop::Fault, "the servo knows no gain of its motor; give --model");
+        };
+        let (logs, Analysed { outcome, extended }) = self.analysed(&model, &known, say)?;
+        let entry = Entry {
+            names: outcome.effects.iter().map(|effect| effect.name.clone()).collect(),
+            gap: Some(Gap::of(&outcome)),
+            logs,
+            ..Entry::now(self.standing)
+        };
+        let verdict = outcome.verdict;
+        self.outcomes.push(outcome);
+        if verdict == Verdict::Data {
+            return ended(Stop::Fault, "the log contradicts the model file; look at it with `truing gap`");
+        }
+        let proposed = candidate::candidate(&extended, &known)?;
+        self.job.model = Some(extended);
+        let fresh = self.fresh.take();
+        let kept = self.propose([Some(proposed), fresh], base, entry, say)?;
+        match (kept, verdict) {
+            (_, Verdict::Unexplained) => ended(
+                Stop::OutsideTheLibrary,
+                "what is left has no name in the library, and nothing is compensated that is not understood",
+            ),
+            (true, Verdict::NothingMissing) => {
+                ended(Stop::NoiseFloor, "model and motor differ by noise alone")
+            }
+            (true, _) => Ok(()),
+            (false, _) => ended(Stop::NothingGained, "nothing that was tried follows better"),
+        }
+    }
+
+    /// Records and looks for names; as long as a tie is left, the experiment that parts its names.
+    fn analysed(
+        &mut self,
+        model: &Model,
+        known: &AxisParameters,
+        say: &mut Listener,
+    ) -> Result<(Vec<PathBuf>, Analysed)> {
+        let spare = trial::seconds([known; 2]).unwrap_or(0.0);
+        self.recordings += 1;
+        let seed = self.job.seed + self.recordings;
+        let Some(plan) = recording::plan(known, self.left_s() - spare, seed)? else {
+            return ended(Stop::MotorTime, "a recording takes more motor time than is left");
+        };
+        self.pending(*known)?;
+        let mut logs = vec![self.recorded(known, &plan, say)?];
+        let mut analysed = (self.job.analyse)(model, &logs)?;
+        for _ in 0..EXPERIMENTS {
+            let asked = analysed.outcome.next_experiment.as_ref();
+            let asked = asked.filter(|_| !analysed.outcome.ties.is_empty());
+            let next = asked.and_then(|asked| recording::experiment(&plan, asked));
+            let Some(next) = next.filter(|next| next.seconds <= self.left_s() - spare) else { break };
+            say("the log has two explanations: an experiment that tells them apart");
+            logs.push(self.recorded(known, &next, say)?);
+            analysed = (self.job.analyse)(model, &logs)?;
+        }
+        Ok((logs, analysed))
+    }
+
+    fn recorded(&mut self, known: &AxisParameters, plan: &Plan, say: &mut Listener) -> Result<PathBuf> {
+        say(&format!("recording: {:.1} s", plan.seconds));
+        let stamp = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S-%3f");
+        let path = self.job.out.join(format!("run-{stamp}.csv"));
+        recording::record(&mut self.bench, known, plan, &path)?;
+        say("looking for what the model lacks");
+        Ok(path)
+    }
+
+    /// Tries candidates in turn until one is kept.
+    fn propose(
+        &mut self,
+        candidates: [Option<AxisParameters>; 2],
+        base: AxisParameters,
+        entry: Entry,
+        say: &mut Listener,
+    ) -> Result<bool> {
+        let mut others = vec![base];
+        for candidate in candidates.into_iter().flatten() {
+            if !others.iter().all(|other| candidate::differs(&candidate, other)) {
+                continue;
+            }
+            others.push(candidate);
+            if self.try_out(&candidate, &base, entry.clone(), say)? {
+                return Ok(true);
+            }
+        }
+        if others.len() == 1 {
+            let why = "nothing else than what is in force is known of the motor".into();
+            self.note(Entry { why, ..entry }, say)?;
+        }
+        Ok(false)
+    }
+
+    /// The paired trial of one candidate: kept and stored, or rolled back.
+    fn try_out(
+        &mut self,
+        candidate: &AxisParameters,
+        base: &AxisParameters,
+        entry: Entry,
+        say: &mut Listener,
+    ) -> Result<bool> {
+        if trial::seconds([base, candidate])? > self.left_s() {
+            return ended(Stop::MotorTime, "a trial takes more motor time than is left");
+        }
+        say(&format!("trying: {} pairs of runs, old and new numbers in turns", trial::PAIRS));
+        self.pending(*candidate)?;
+        self.began_with.get_or_insert(*base);
+        let tried = trial::run(&mut self.bench, [base, candidate])?;
+        let entry = entry.with(candidate);
+        let trial = match tried {
+            Tried::Whole(trial) => trial,
+            Tried::Faulted(new, what) => {
+                self.bench.put(self.standing.as_ref())?;
+                let whose = if new { "new" } else { "old" };
+                let why = format!("a fault ended a run with the {whose} numbers: {what}");
+                self.note(Entry { why: why.clone(), ..entry }, say)?;
+                return if new { Ok(false) } else { ended(Stop::Fault, why) };
+            }
+        };
+        let (kept, at_floor) = (trial.won(), trial.at_floor());
+        if kept {
+            self.bench.put(Some(candidate))?;
+            self.bench.keep(candidate)?;
+            (self.standing, self.base) = (Some(*candidate), Some(*candidate));
+        } else {
+            self.bench.put(self.standing.as_ref())?;
+        }
+        let why = if kept { "it follows better" } else { "it does not follow better beyond doubt" };
+        self.note(Entry { kept, why: why.into(), trial: Some(trial), ..entry }, say)?;
+        if !kept && at_floor {
+            return ended(Stop::NoiseFloor, "the motor follows to a count of its encoder");
+        }
+        Ok(kept)
+    }
+
+    /// Notes what is to be put back if this program does not live to do so.
+    fn pending(&self, candidate: AxisParameters) -> Result<()> {
+        Pending { before: self.standing, candidate, at: self.bench.moment()? }.begin(&self.job.out)
+    }
+
+    fn note(&mut self, entry: Entry, say: &mut Listener) -> Result<()> {
+        say(entry.text().trim_end());
+        history::append(&self.job.out, &entry)?;
+        self.entries.push(entry);
+        Ok(())
+    }
+
+    /// Leaves the servo with what stands, whatever has happened.
+    fn leave(self, ended: Result<()>) -> Result<Improved> {
+        let cause = ended.err().unwrap_or_else(|| InputError("the loop has no end".into()).into());
+        if let Err(error) = self.bench.put(self.standing.as_ref()) {
+            let remedy = "switch its supply off and on: what it has stored comes into force again";
+            let what = "what was in force before could not be put back";
+            return Err(NotDone(format!("{cause:#}; {what} ({error}): {remedy}")).into());
+        }
+        Pending::end(&self.job.out)?;
+        let Ended(stop, why) = match cause.downcast::<NotDone>() {
+            Ok(NotDone(why)) => Ended(Stop::Fault, why),
+            Err(other) => {
+                other.downcast().map_err(|error| error.context("what was stored is in force again"))?
+            }
+        };
+        Ok(Improved {
+            schema: "truing-improve/1",
+            stop,
+            why,
+            motor_s: self.bench.motor_s,
+            improved: self.entries.iter().any(|entry| entry.kept),
+            entries: self.entries,
+            began_with: self.began_with,
+            in_force: self.standing,
+            outcomes: self.outcomes,
+            model: self.job.model,
+        })
+    }
+}
+
+/// A number that is used although the servo would not.
+fn taken(estimate: Estimate) -> Estimate {
+    let standing = estimate.known().map_or(estimate.standing, |_| Standing::Trusted);
+    Estimate { standing, ..estimate }
+}

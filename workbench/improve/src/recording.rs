@@ -1,0 +1,73 @@
+//! The logs of a round: a recording that shows as much as it can, and experiments that part the names of a tie.
+
+use crate::bench::Bench;
+use crate::record::{self, Limits, Part, Plan, Segment};
+use servo::axis::Bridge;
+use servo::config::Config;
+use servo::optional::Optional;
+use servo::protect::Fault;
+use servo::store::AxisParameters;
+use std::path::Path;
+use truing_core::outcome::{self, Experiment};
+use truing_core::text::input_error::{InputError, NotDone};
+use truing_report::report::write_atomically;
+use truing_servo::device::aftermath::fault_text;
+use truing_servo::device::link::range_text;
+
+/// A plan is not shortened below this share of its length.
+const SHORTEST: f64 = 0.55;
+/// Share of the segments of a plan that are one pass: every input once, and the first one again at the end.
+const ONE_PASS: usize = 2;
+
+/// What to record of a motor of which this is known, within so many seconds; `None`: that does not suffice. Where both passes of a
+/// recording take too long, one is made.
+pub fn plan(known: &AxisParameters, seconds: f64, seed: u64) -> Result<Option<Plan>, InputError> {
+    let scale = known.config.build().map_err(|error| InputError(range_text(&error)))?;
+    let report = known.estimates.report(&scale);
+    let planned =
+        |budget_s| Plan::new(&known.config, Some(&report), &Limits { budget_s, ..Limits::default() }, seed);
+    let whole = planned(None)?;
+    if whole.seconds <= seconds {
+        return Ok(Some(whole));
+    }
+    if seconds >= SHORTEST * whole.seconds {
+        return planned(Some(seconds)).map(Some);
+    }
+    let once = whole.segments.len().div_ceil(ONE_PASS);
+    let once = whole.with(whole.segments[..once].to_vec());
+    Ok(Some(once).filter(|once| once.seconds <= seconds))
+}
+
+/// The plan of an experiment on the same motor, every level once to each side; `None`: there is nothing to apply.
+pub fn experiment(plan: &Plan, asked: &Experiment) -> Option<Plan> {
+    let most = plan.scale.most_v;
+    let part = |segment: &outcome::Segment| match (segment.bridge, segment.u_v) {
+        (Bridge::Open, _) => Part::Open { seconds: segment.seconds },
+        (_, volts) => {
+            let volts = volts.unwrap_or(0.0).clamp(-most, most);
+            Part::Drive { from_v: volts, to_v: volts, seconds: segment.seconds }
+        }
+    };
+    let parts: Vec<Part> = asked.profile.iter().map(part).collect();
+    (!parts.is_empty()).then(|| plan.with(vec![Segment { name: "experiment", parts }]))
+}
+
+/// Records, and writes the log. Behind it the servo knows other things than before.
+///
+/// # Errors
+/// The servo is lost or a fault ended the recording.
+pub fn record(bench: &mut Bench, known: &AxisParameters, plan: &Plan, path: &Path) -> anyhow::Result<()> {
+    let (wire, listening) = bench.line();
+    // While it records, the servo has forgotten its motor; its protection is to know how slow it is.
+    let hint = known.config.time_constant_hint_s.or(Optional::new(plan.scale.tau_s as f32));
+    let config = Config { time_constant_hint_s: hint, ..known.config };
+    let recorded = record::run(wire, &config.into(), listening, plan, &mut |_| {})?;
+    bench.took(&recorded.session.log);
+    write_atomically(path, &recorded.to_csv(plan))?;
+    let log = &recorded.session.log;
+    if log.fault() != Fault::None {
+        return Err(NotDone(format!("a fault ended the recording: {}", fault_text(log))).into());
+    }
+    recorded.session.whole()?;
+    Ok(())
+}
