@@ -18,6 +18,9 @@ use truing::text::input_error::InputError;
 /// Full scale of the virtual 12-bit converters.
 const CONVERTER_MAX: f32 = 4095.0;
 
+/// The servo goes on for so long, s, before its host is told that the wire is lost.
+const LIVES_ON_S: f32 = 1.0;
+
 /// What survives the servo, and what a test may look at or pull.
 #[derive(Clone, Default)]
 pub struct Outside {
@@ -39,7 +42,7 @@ pub struct HostServo {
     joint: ServoAxis,
     motor: Box<dyn Motor>,
     config: Config,
-    /// Commands on their way through the PWM; the first one acts until the next tick.
+    /// Commands on their way through the PWM.
     line: VecDeque<(Bridge, i16)>,
     every: u32,
     sequence: u16,
@@ -55,7 +58,8 @@ impl HostServo {
             joint.execute(&order).expect("nothing runs at power-up");
         }
         outside.ticks.set(0);
-        let line = VecDeque::from(vec![(Bridge::Open, 0); 1 + usize::from(config.pwm_delay_ticks)]);
+        // The motor passes the time before a tick, in which what the tick before has said acts at the earliest.
+        let line = VecDeque::from(vec![(Bridge::Open, 0); usize::from(config.pwm_delay_ticks) + 1]);
         Self {
             inbox: Inbox::new(),
             joint,
@@ -148,6 +152,9 @@ impl HostServo {
 impl Wire for HostServo {
     fn turn(&mut self, outgoing: &mut Vec<u8>, incoming: &mut Vec<u8>) -> Result<(), InputError> {
         if self.outside.lost_at.get().is_some_and(|lost| self.outside.ticks.get() >= lost) {
+            for _ in 0..(LIVES_ON_S * self.config.tick_hz as f32) as u32 {
+                self.tick(&mut Vec::new())?;
+            }
             return Err(InputError("the line is lost".into()));
         }
         for byte in outgoing.drain(..) {

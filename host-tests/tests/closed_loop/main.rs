@@ -16,6 +16,7 @@ mod injected;
 mod limits;
 mod position_load;
 mod rates;
+mod record;
 mod referencing;
 mod shortage;
 mod starts;

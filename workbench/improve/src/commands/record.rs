@@ -23,6 +23,10 @@ Examples:
   Then:
       truing gap --model motor.toml --log run.csv";
 
+/// Behind a recording that shows next to nothing.
+const HARDLY_MOVED: &str = "so little is known of the motor that the travel allows no more voltage; commission it, and give the \
+                            result with --params";
+
 /// Arguments of `truing record`.
 #[derive(Args, Debug)]
 #[command(after_long_help = EXAMPLES)]
@@ -80,6 +84,9 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     outln!("{:21} {seconds:.1} s, {} rows, {kept}", "recorded", log.rows.len());
     let [lower, upper] = recorded.reach_rad;
     outln!("{:21} from {lower:.3} to {upper:.3} rad", "reached");
+    if recorded.hardly_moved(&plan) {
+        outln!("{:21} {HARDLY_MOVED}", "hardly moved");
+    }
     if let Some(energy) = recorded.energy_j {
         let spent = if recorded.spent { ": the limit ended the recording" } else { "" };
         outln!("{:21} {energy:.2} J{spent}", "energy");

@@ -3,11 +3,12 @@
 //! Segments act as voltages at the terminals: the compensation is off and no loop is closed. Where the travel is limited, every
 //! record is asked how far the axis would go if it were braked now; before that is too far, it is braked, and the segment goes on
 //! with the opposite sign. End stops of the axis file would forbid the servo any voltage mode, so it is told of none while the host
-//! keeps them; its command time-out is short meanwhile, and what was in force before is put back at the end.
+//! keeps them. Its command time-out is short meanwhile. What was in force before is put back at the end, however that comes.
 
 use super::watch::{Trip, Watch, Window};
 use super::{Part, Plan, RETURN_S, Segment};
 use servo::axis::Sample;
+use servo::config::Config;
 use servo::link::protocol::Command;
 use servo::motion::excitation::Waveform;
 use servo::optional::Optional;
@@ -21,12 +22,14 @@ use truing_servo::device::setup::Setup;
 const RAMP_STEP_S: f64 = 0.01;
 /// A constant one, so that the servo knows its host alive.
 const REPEAT_S: f64 = 0.04;
-/// The servo stops by itself after such a silence of its host while the host keeps the travel, ms.
+/// The servo stops by itself after such a silence of its host, ms.
 const TIMEOUT_MS: u16 = 200;
 /// Between two segments on a free axis the bridge is open so long, s.
 const PAUSE_S: f64 = 0.05;
 /// Half of the window of the travel may be off by this share of the planned one: the axis did not start in the middle.
 const LEAST_ROOM: f64 = 0.9;
+/// Less than this share of the room is hardly any motion.
+const LEAST_MOTION: f64 = 0.1;
 /// Before an open bridge the run-up goes on until the axis passes the middle, no further from it than this share of the room.
 const MIDDLE: f64 = 0.5;
 /// But no longer than so many units of the scale.
@@ -46,6 +49,12 @@ pub struct Recorded {
 }
 
 impl Recorded {
+    /// Where the travel is limited: did the axis use next to nothing of it?
+    pub fn hardly_moved(&self, plan: &Plan) -> bool {
+        let [lower, upper] = self.reach_rad;
+        plan.travel_rad.is_some_and(|room| upper - lower < LEAST_MOTION * room)
+    }
+
     /// The log in format 1, with the plan as comments.
     pub fn to_csv(&self, plan: &Plan) -> String {
         let log = self.session.log.to_csv();
@@ -55,10 +64,11 @@ impl Recorded {
     }
 }
 
-/// Runs a plan; the servo is stopped in every case as long as it can be reached, and what was recorded until then is kept.
+/// Runs a plan. In every case the servo is stopped and gets back what was in force before, as long as it can be reached, and what
+/// was recorded until then is kept. A servo that knew nothing is left with the axis file.
 ///
 /// # Errors
-/// Nothing could be recorded: the servo does not answer or refuses the axis.
+/// Nothing could be recorded: the servo does not answer, refuses the axis, or does not measure what is to be limited.
 pub fn run(
     wire: Box<dyn truing_servo::device::link::Wire>,
     setup: &Setup,
@@ -70,22 +80,20 @@ pub fn run(
     let mut session = Session::open(wire, Start::Configure(told(setup, plan)), listening)?;
     let watch = match watch(&session, plan) {
         Ok(watch) => watch,
-        Err(error) => return Err(session.halt(error)),
+        Err(error) => return Err(ended(&mut session, setup, error)),
     };
     let mut recorder = Recorder { session: &mut session, watch, plan, sign: 1.0, begun_s: 0.0 };
-    let ended = recorder.record(progress);
+    let outcome = recorder.record(progress);
     let watch = recorder.watch;
-    let broken = match &ended {
-        Ok(_) if plan.travel_rad.is_some() => restore(&mut session, setup).err(),
-        Ok(_) => None,
-        Err(error) => Some(error.clone()),
+    let broken = match &outcome {
+        Ok(_) => restore(&mut session, setup).err().map(|error| session.halt(error)),
+        Err(error) => Some(ended(&mut session, setup, error.clone())),
     };
-    let broken = broken.map(|error| session.halt(error));
     let sensed = session.kept.borrow().log.rows.last().and_then(|row| Sample::sensed(row.record.current_raw));
     Ok(Recorded {
         energy_j: sensed.map(|_| watch.spent_j()),
         reach_rad: watch.reach(),
-        spent: ended == Ok(true),
+        spent: outcome == Ok(true),
         session: session.close(Vec::new(), broken),
     })
 }
@@ -93,10 +101,9 @@ pub fn run(
 /// What the servo is told of the axis while it records.
 fn told(setup: &Setup, plan: &Plan) -> Setup {
     let mut told = *setup;
+    told.choices.command_timeout_ms = Some(TIMEOUT_MS);
     if plan.travel_rad.is_some() {
         told.config.travel_limit_rad = None;
-        told.choices.command_timeout_ms =
-            setup.choices.command_timeout_ms.filter(|chosen| *chosen > 0).or(Some(TIMEOUT_MS));
         // The loops bring the axis back to the middle.
         let hint = plan.scale.tau_s as f32;
         told.config.time_constant_hint_s = told.config.time_constant_hint_s.or(Optional::new(hint));
@@ -104,17 +111,29 @@ fn told(setup: &Setup, plan: &Plan) -> Setup {
     told
 }
 
-/// The end stops, and the time-out that the axis file has chosen, with all else that the session has put in force.
+/// Stops after an error, and puts back what was in force; why the recording ended, in words.
+fn ended(session: &mut Session, setup: &Setup, error: InputError) -> InputError {
+    let InputError(why) = session.halt(error);
+    InputError(match restore(session, setup) {
+        Ok(()) => why,
+        Err(_) => format!(
+            "{why}; the servo still has the settings of the recording, which know no end stops: switch it off and on before it moves"
+        ),
+    })
+}
+
+/// Puts back what was in force before; on a servo that knew nothing, what the axis file says. The bridge is open. The log ends here:
+/// what follows may be in other units.
 fn restore(session: &mut Session, setup: &Setup) -> Result<(), InputError> {
-    let first = session.kept.borrow().log.commands.iter().find_map(|(_, command)| match command {
-        Command::Restore(parameters) => Some(*parameters),
-        _ => None,
-    });
-    let Some(mut parameters) = first else { return Ok(()) };
-    parameters.config.travel_limit_rad = setup.config.travel_limit_rad;
-    parameters.config.time_constant_hint_s = setup.config.time_constant_hint_s;
-    parameters.protection.command_timeout_ms = setup.choices.command_timeout_ms.unwrap_or_default();
-    session.command(Command::Restore(parameters)).map(|_| ())
+    let (travel_limit_rad, time_constant_hint_s) =
+        (setup.config.travel_limit_rad, setup.config.time_constant_hint_s);
+    let config = Config { travel_limit_rad, time_constant_hint_s, ..session.config() };
+    let own = || Setup { config, ..*setup }.parameters(None);
+    let tick = session.command(Command::Restore(session.before.unwrap_or_else(own)))?;
+    let log = &mut session.kept.get_mut().log;
+    log.commands.pop();
+    log.rows.retain(|row| row.tick < tick);
+    Ok(())
 }
 
 /// Looks where the axis is, and whether the sensors see what is to be limited.
@@ -159,14 +178,17 @@ impl Recorder<'_> {
             self.sign = 1.0;
             self.session.command(Command::Arm)?;
             if self.segment(segment, progress)? {
-                self.session.command(Command::Stop)?;
-                return Ok(true);
+                return self.opened().map(|()| true);
             }
             self.back(progress)?;
         }
+        self.opened().map(|()| false)
+    }
+
+    /// Opens the bridge, and sees it open.
+    fn opened(&mut self) -> Result<(), InputError> {
         self.session.command(Command::Stop)?;
-        self.session.pause(PAUSE_S)?;
-        Ok(false)
+        self.session.pause(PAUSE_S)
     }
 
     /// True if the energy is spent.
@@ -306,10 +328,7 @@ impl Recorder<'_> {
 
     /// Between two segments: an open bridge on a free axis, else back to the middle of the travel by the position loop.
     fn back(&mut self, progress: &mut Listener) -> Result<(), InputError> {
-        let Some(window) = self.watch.window else {
-            self.session.command(Command::Stop)?;
-            return self.session.pause(PAUSE_S);
-        };
+        let Some(window) = self.watch.window else { return self.opened() };
         self.session.command(Command::Position(window.centre() as f32))?;
         let still = self.session.standstill();
         let end = self.now() + self.session.ticks(RETURN_S);

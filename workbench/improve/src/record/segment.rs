@@ -103,7 +103,7 @@ impl Segment {
     pub fn chirp(scale: &Scale, share: f64) -> Self {
         let amplitude_v = scale.volts(share).abs();
         let to_hz = (4.0 / scale.tau_s).min(scale.highest_hz);
-        let from_hz = scale.lowest_hz(amplitude_v).clamp(0.1 / scale.unit_s, to_hz / LEAST_SWEEP);
+        let from_hz = scale.lowest_hz(amplitude_v).max(0.1 / scale.unit_s).min(to_hz / LEAST_SWEEP);
         let waveform = Waveform {
             amplitude_v: amplitude_v as f32,
             from_hz: from_hz as f32,

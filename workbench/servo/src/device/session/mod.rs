@@ -177,6 +177,8 @@ pub struct Session {
     pub kept: RefCell<Kept>,
     /// One record in so many ticks.
     pub every: u32,
+    /// What was in force on the axis when the session began; `None`: nothing.
+    pub before: Option<AxisParameters>,
     capture: Option<(Trigger, u16)>,
     cleared: Fault,
     tuning: Tuning,
@@ -212,6 +214,7 @@ impl Session {
                 fault: Fault::None,
             }),
             every,
+            before: None,
             capture: None,
             cleared: Fault::None,
             tuning: known.map_or_else(Tuning::default, |known| known.tuning),
@@ -226,10 +229,10 @@ impl Session {
     }
 
     fn begin(&mut self, start: Start) -> Result<(), InputError> {
-        let before = self.listen(self.every)?;
+        self.before = self.listen(self.every)?;
         if let Start::Configure(setup) = start {
             let board = self.client.board(&mut |message| self.kept.borrow_mut().take(message))?;
-            self.set_up(&setup.on(&board)?, before.as_ref())?;
+            self.set_up(&setup.on(&board)?, self.before)?;
         }
         while self.kept.borrow().log.rows.is_empty() {
             self.turn()?;
@@ -307,14 +310,11 @@ impl Session {
 
     /// Puts an axis file in force. The log begins here: with the whole set that is in force from now on, or with a bare
     /// configuration where nothing was chosen, it can be replayed.
-    fn set_up(&mut self, setup: &Setup, before: Option<&AxisParameters>) -> Result<(), InputError> {
-        let parameters = setup.parameters(before);
+    fn set_up(&mut self, setup: &Setup, before: Option<AxisParameters>) -> Result<(), InputError> {
+        let parameters = setup.parameters(before.as_ref());
         let bare = Setup::from(setup.config).parameters(None);
-        {
-            let log = &mut self.kept.get_mut().log;
-            log.config = parameters.config;
-            log.commands.clear();
-        }
+        self.kept.get_mut().log.config = parameters.config;
+        self.kept.get_mut().log.commands.clear();
         self.tuning = parameters.tuning;
         let tick = self.command(match parameters == bare {
             true if before.is_none() => Command::Configure(setup.config),
