@@ -1,7 +1,7 @@
 //! The shares of the squared error by which names are judged where a model is itself a fit to the log.
 
 /// Limits of the search by shares. The defaults were set on the rigs of `data/rigs/`; what each of them is worth on a rig that did
-/// not take part is the leave-one-rig-out study (docs/results/leave-one-rig-out.md).
+/// not take part is the leave-one-rig-out study (`cargo run -p evaluation --bin leave_one_rig_out`).
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ShareLimits {
     /// A name joins if it removes this share of the log's squared error. A little less than what it needs to stay, because a further
