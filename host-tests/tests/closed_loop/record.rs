@@ -43,7 +43,7 @@ fn drawn(family: Family, seed: u32) -> (Plant, Config) {
 fn no_recording_leaves_its_travel_and_its_voltage() {
     let mut far = 0;
     for (family, travel) in [(Family::G1, 40.0), (Family::G2, 8.0), (Family::G3, 0.8)] {
-        for seed in 0..6 {
+        for seed in 0..4 {
             for every in [1, 3] {
                 let (plant, config) = drawn(family, seed);
                 let limit = 0.7 * config.supply_nominal_v;
@@ -72,7 +72,7 @@ fn no_recording_leaves_its_travel_and_its_voltage() {
             }
         }
     }
-    assert!(far >= 9, "with late commands {far} of 18 motors move");
+    assert!(far >= 6, "with late commands {far} of 12 motors move");
 }
 
 #[test]
