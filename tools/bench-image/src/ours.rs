@@ -57,6 +57,7 @@ impl Bench {
         let input = Input {
             count: sample.count,
             voltage: VoltageQ14(i32::from(self.acting.duty) * 16_384 / 4200),
+            load: VoltageQ14(0),
             bridge: self.acting.bridge,
             supply: Some(VoltageQ14::NOMINAL),
             current_raw: None,
