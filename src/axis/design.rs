@@ -73,10 +73,8 @@ impl Design {
             Stage::Loops => {
                 self.loops = control::Params::new(&self.motor, tuning);
                 self.lead = self.loops.error_for(0.25 * self.motor.full_speed);
-                Stage::PositionLoad
+                Stage::DeadZone
             }
-            // The axis holds it.
-            Stage::PositionLoad => Stage::DeadZone,
             Stage::DeadZone => {
                 self.renew_dead_zone(last_trusted);
                 Stage::Expectation

@@ -18,8 +18,6 @@ pub enum Stage {
     Expectation,
     /// Compensator, and the dead zone of the observer.
     DeadZone,
-    /// The load over the place: does it suit the loops?
-    PositionLoad,
     /// Gains of the loops.
     Loops,
     /// Linear motor and observer.

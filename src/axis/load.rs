@@ -6,13 +6,15 @@
 
 use super::{Axis, Refusal, State};
 use crate::compensate::position_load::{PositionLoad, Step};
-use crate::units::Voltage;
+use crate::units::{Voltage, VoltageQ14};
 
 /// The load over the place.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Load {
     /// What holds it here, now.
     pub(crate) voltage: Voltage,
+    /// The same, as the identifier takes it.
+    pub(crate) q14: VoltageQ14,
     acts: bool,
     /// It is not too steep for the loops.
     suits: bool,
@@ -42,6 +44,11 @@ impl Load {
         }
     }
 
+    /// Is there a table, whether it acts or not?
+    pub(super) fn is_given(&self) -> bool {
+        self.table.period_counts() != 0
+    }
+
     /// Is there a table that is to act, and may?
     fn is_chosen(&self) -> bool {
         self.table.is_on() && self.table.is_trusted()
@@ -58,6 +65,7 @@ impl Load {
             self.acts = true;
             self.voltage = self.step.voltage(&self.table, count.wrapping_sub(place));
         }
+        self.q14 = self.voltage.q14();
     }
 
     /// Is there one that is to act, may, and does not?
@@ -70,7 +78,7 @@ impl Load {
         (self.table, self.place, self.count) = (*table, place, count);
     }
 
-    /// Beside these loops. In a tick of its own: it divides.
+    /// Beside these loops.
     #[inline(never)]
     pub(super) fn renew(&mut self, per_count: f32) {
         self.step = self.table.step();

@@ -410,7 +410,7 @@ impl Axis {
         supply: Voltage,
         looked: bool,
     ) {
-        let load = state.load.voltage.q14();
+        let load = state.load.q14;
         // Put together where it is needed: in ordinary motion it then stays in registers.
         let input = || commission::Input {
             count: sample.count,
@@ -465,10 +465,11 @@ impl Axis {
     #[inline(never)]
     pub(super) fn renew(&self, state: &mut State) {
         state.held = None;
-        if state.renewal == design::Stage::PositionLoad {
+        let loops = state.renewal == design::Stage::Loops;
+        state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
+        if loops && state.load.is_given() {
             state.load.renew(state.design.loops.per_count());
         }
-        state.design.renew(&mut state.renewal, &self.scale, &self.tuning, &state.last_trusted);
     }
 
     /// Listens to ordinary motion from this tick on.

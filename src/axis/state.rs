@@ -156,8 +156,6 @@ pub struct State {
     pub(crate) outcome: Option<Outcome>,
     /// What is known now, by whomever, trusted or not.
     pub(crate) known: Estimates,
-    /// What holds the load over the place.
-    pub(crate) load: Load,
     /// The last trusted value of each of them: what the loops use.
     pub(crate) last_trusted: LastTrusted,
     pub(crate) design: Design,
@@ -170,6 +168,8 @@ pub struct State {
     pub(crate) protect: protect::State,
     /// `None`: not held in silence, or something has changed.
     pub(crate) held: Option<Held>,
+    /// What holds the load over the place.
+    pub(crate) load: Load,
     pub(crate) listener: Listener,
     /// Fixed numbers of the commissioning that runs or is being set up. Not a part of the listener: to build one from the other
     /// would copy them, in one tick.

@@ -268,14 +268,16 @@ fn angle(turned: u64, word: u64) -> u32 {
     ((turned.wrapping_mul(u64::from(term.cycles)) >> 32) as u32).wrapping_add(u32::from(term.phase) << 16)
 }
 
-/// 1/period, Q64: a long division, because one by the core's library would take 900 bytes of the image.
+/// 1/period, Q64: eight places of the result by every division that the core has an instruction for. One by its library would take 900
+/// bytes of the image.
 fn turns_per_count(period: u32) -> u64 {
+    let period = period.max(LEAST_COUNTS);
     let (mut rest, mut quotient) = (1u32, 0u64);
-    for _ in 0..64 {
-        (rest, quotient) = (rest << 1, quotient << 1);
-        if rest >= period {
-            (rest, quotient) = (rest.wrapping_sub(period), quotient | 1);
-        }
+    for _ in 0..8 {
+        // Below 2²⁴, as the period is.
+        rest <<= 8;
+        quotient = quotient << 8 | u64::from(rest / period);
+        rest %= period;
     }
     quotient
 }
