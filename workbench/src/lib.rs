@@ -41,6 +41,7 @@ pub mod cli;
 
 pub use proving::{self, synthetic};
 pub use truing_core::{gap, outcome, system, text};
+pub use truing_export as export;
 pub use truing_files as files;
 pub use truing_fleet as fleet;
 pub use truing_improve as improve;

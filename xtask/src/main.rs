@@ -3,6 +3,7 @@
 mod bench;
 mod dist;
 mod documents;
+mod engines;
 mod figures;
 mod flash;
 mod image;
@@ -102,6 +103,8 @@ enum Command {
     Dist,
     /// Run other programs for system identification on the same data, and write docs/results/peers.md.
     Peers(peers::Choice),
+    /// Run exported models in MuJoCo, PyBullet and Drake beside `truing simulate`, and print how far they are apart.
+    Engines(engines::Choice),
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test,
 }
@@ -131,6 +134,7 @@ fn run(command: Command) -> Result<()> {
         Command::Panics => setup::everything().and_then(|()| panics::check(false)),
         Command::Mutants { choice } => mutants::check(&choice),
         Command::Peers(choice) => peers::compare(&choice),
+        Command::Engines(choice) => engines::compare(&choice),
         Command::Page { choice } => page::page(&choice),
         Command::House => process::run(&mut Program::House.run()),
         Command::Wheel { check } => wheel::wheel(check),

@@ -2,9 +2,9 @@
 //! `evaluation/peers`, and the table of `docs/results/peers.md`.
 
 use crate::process::{root, run};
-use crate::programs::Program;
-use anyhow::{Context, Result, ensure};
-use std::path::{Path, PathBuf};
+use crate::programs::{self, Program};
+use anyhow::{Context, Result};
+use std::path::PathBuf;
 use std::process::Command;
 
 /// Versions that the table was made with. All of them or none: the scripts share the first line.
@@ -69,7 +69,12 @@ impl Bench {
                 .context("the peers need Python 3.11 or later with its module venv")?;
         }
         let data = root().join(&choice.data).display().to_string();
-        Ok(Self { python, out: out.display().to_string(), data, truing: truing(choice.truing.as_deref())? })
+        Ok(Self {
+            python,
+            out: out.display().to_string(),
+            data,
+            truing: programs::built(Program::Truing, choice.truing.as_deref())?,
+        })
     }
 
     /// One thread for each, so that CPU seconds compare.
@@ -98,15 +103,4 @@ impl Bench {
         }
         self.script(name, &["--cases", &format!("{}/cases.json", self.out), "--out", &result])
     }
-}
-
-/// The program: the one that is named, or one that is built now.
-fn truing(named: Option<&Path>) -> Result<String> {
-    if let Some(path) = named {
-        ensure!(path.is_file(), "{} is no program: --truing names a Truing that is built", path.display());
-        return Ok(std::path::absolute(path)?.display().to_string());
-    }
-    run(&mut Program::Truing.cargo("build"))?;
-    let folder = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    Ok(folder.join("debug/truing").display().to_string())
 }

@@ -1,8 +1,10 @@
 //! The programs of the workspace that `xtask` starts. Their packages are named here and nowhere else, and a test compares
 //! the names with what Cargo knows.
 
-use crate::process::cargo;
+use crate::process::{cargo, root, run};
+use anyhow::{Result, ensure};
 use clap::ValueEnum;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// One program. `ValueEnum` lists all of them for the test.
@@ -59,6 +61,23 @@ impl Program {
         let (package, program) = self.names();
         cargo(&[verb, "--package", package, "--bin", program])
     }
+}
+
+/// Where a program lies: the one that is named, or one that is built now.
+pub fn built(program: Program, named: Option<&Path>) -> Result<String> {
+    let (_, name) = program.names();
+    if let Some(path) = named {
+        ensure!(path.is_file(), "{} is no program: --{name} names a {name} that is built", path.display());
+        return Ok(std::path::absolute(path)?.display().to_string());
+    }
+    run(&mut program.cargo("build"))?;
+    let folder = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
+    Ok(folder.join("debug").join(name).display().to_string())
+}
+
+/// The program that writes the models of `cargo xtask engines`, up to its own arguments.
+pub fn engine_cases() -> Command {
+    cargo(&["run", "--quiet", "--package", "truing-export", "--example", "engine_cases", "--"])
 }
 
 /// A Cargo command on an example of the library.

@@ -10,6 +10,7 @@ mod effect_curves;
 mod effects_library;
 mod effects_names;
 mod examine;
+mod export;
 mod foreign_kinds;
 mod foreign_logs;
 mod gap_hidden;

@@ -37,13 +37,14 @@ pub fn product(root: &Path) -> Result<[Part; 3]> {
 }
 
 /// Everything else that is built.
-pub fn rest(root: &Path) -> Result<[Part; 12]> {
+pub fn rest(root: &Path) -> Result<[Part; 13]> {
     Ok([
         whole(root, "proving ground", "workbench/proving/src")?,
         whole(root, "reference plant", "workbench/reference_plant/src")?,
         whole(root, "formats of logs", "workbench/formats/src")?,
         whole(root, "fleet", "workbench/fleet/src")?,
         whole(root, "loop", "workbench/improve/src")?,
+        whole(root, "exports", "workbench/export/src")?,
         whole(root, "Python package", "workbench/python/src")?,
         whole(root, "page in the browser", "workbench/page/src")?,
         whole(root, "tests", "host-tests/tests")?,

@@ -58,6 +58,9 @@ pub enum Command {
     /// Those of the loop that closes itself.
     #[command(flatten)]
     Loop(truing_improve::commands::Command),
+    /// Those that write and read files of other programs.
+    #[command(flatten)]
+    Elsewhere(truing_export::commands::Command),
     /// Count the instructions of a control tick of the firmware in QEMU.
     Instructions(instructions::Arguments),
     /// Run the main job end to end and write a report.
@@ -110,6 +113,7 @@ impl Cli {
             Command::Track(arguments) => track::run(&arguments),
             Command::Move(arguments) => move_to::run(&arguments),
             Command::Loop(command) => command.run(),
+            Command::Elsewhere(command) => command.run(),
             Command::Instructions(arguments) => instructions::run(&arguments),
             Command::Demo(arguments) => demo::command::run(&arguments),
             Command::Capture(arguments) => capture::run(&arguments),

@@ -1,0 +1,54 @@
+//! Exports in the engines that they are for: a virtual environment in `target/engines` with what can be had, and the scripts of
+//! `tools/engines`.
+
+use crate::process::{root, run};
+use crate::programs::{self, Program};
+use anyhow::{Context, Result};
+use std::path::PathBuf;
+use std::process::Command;
+
+/// Versions that the figures of docs/export.md were made with. What cannot be installed is skipped by name.
+const ENGINES: [&str; 3] = ["mujoco==4.0.0", "pybullet==3.2.7", "drake==1.51.1"];
+
+/// What to run.
+#[derive(clap::Args, Debug)]
+pub struct Choice {
+    /// The round trip as well: a log of each effect made by the engine, searched for names. Takes minutes.
+    #[arg(long)]
+    back: bool,
+    /// A Truing that is built already.
+    #[arg(long)]
+    truing: Option<PathBuf>,
+}
+
+/// Runs every export in its engine and prints the table.
+pub fn compare(choice: &Choice) -> Result<()> {
+    let out = root().join("target/engines");
+    std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
+    let python = out.join("venv/bin/python");
+    if !python.is_file() {
+        run(Command::new("python3").args(["-m", "venv"]).arg(out.join("venv")))
+            .context("the engines need Python 3.11 or later with its module venv")?;
+    }
+    let pip = |package: &str| run(Command::new(&python).args(["-m", "pip", "install", "--quiet", package]));
+    pip("numpy")?;
+    for engine in ENGINES {
+        if pip(engine).is_err() {
+            println!("skipped: {engine} cannot be installed");
+        }
+    }
+    let truing = programs::built(Program::Truing, choice.truing.as_deref())?;
+    let folder = out.join("cases").display().to_string();
+    run(programs::engine_cases().arg(&folder))?;
+    let script = |name: &str| {
+        let mut command = Command::new(&python);
+        command.arg(root().join("tools/engines").join(name)).args(["--truing", &truing, "--folder", &folder]);
+        command
+    };
+    let mut mujoco = script("mujoco_runs.py");
+    if choice.back {
+        mujoco.arg("--back");
+    }
+    run(&mut mujoco)?;
+    run(&mut script("urdf_runs.py"))
+}
