@@ -3,7 +3,8 @@
 //! The best set found so far is grown on beside others that do not help yet, because some effects help only together: one
 //! round without a gain may be a pair in the making, two in a row are the end.
 
-/// Effects of a set at most. Drawn cases hide three at most; two more leave room for what stands in for another.
+/// Effects of a set at most. Origin: drawn cases hide three at most; two more leave room for what stands in for
+/// another.
 pub const DEEPEST: usize = 5;
 
 /// How sets grow on one kind of data.

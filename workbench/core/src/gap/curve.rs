@@ -12,11 +12,11 @@ use crate::system::plant::physics::Physics;
 use crate::text::figures::significant;
 use std::f64::consts::TAU;
 
-/// Bins of the data on either side of 0.
+/// Bins of the data on either side of 0. For display, chosen by judgement.
 const BINS: usize = 24;
-/// Points of a drawn curve.
+/// Points of a drawn curve. For display, chosen by judgement.
 const DRAWN: usize = 400;
-/// Below this part of the largest speed or current its direction is not certain.
+/// Below this part of the largest speed or current its direction is not certain. Chosen by judgement; not studied.
 const STANDSTILL: f64 = 0.01;
 
 /// An effect in a plant.

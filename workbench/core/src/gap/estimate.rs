@@ -12,10 +12,11 @@ use crate::outcome::{DEVIATIONS, Value};
 use crate::system::effects::{Meaning, Parameter, Starts};
 use nalgebra::{DMatrix, DVector};
 
-/// The same for the squared distance of two or three numbers together: the 99.73 % quantile of χ² with three degrees of freedom.
+/// The same for the squared distance of two or three numbers together. Origin: the 99.73 % quantile of χ² with three
+/// degrees of freedom.
 const TOGETHER: f64 = 14.16;
-/// A set that leaves this much (χ² a sample) is wrong by several times the noise: its numbers are fitted anew with its own
-/// error in the weights.
+/// A set that leaves this much (χ² a sample) is wrong by several times the noise: its numbers are fitted anew with
+/// its own error in the weights. Chosen by judgement; not studied.
 const BEYOND_NOISE: f64 = 4.0;
 
 /// One parameter of one effect of a set.

@@ -3,9 +3,10 @@
 use crate::gap::dataset::{Dataset, speeds};
 use crate::outcome::Outcome;
 
-/// Inputs and speeds below this part of the log's largest are counted in no quadrant.
+/// Inputs and speeds below this part of the log's largest are counted in no quadrant. Chosen by judgement; not
+/// studied.
 const NEAR_ZERO: f64 = 0.03;
-/// A quadrant with a smaller share of the samples is not tested.
+/// A quadrant with a smaller share of the samples is not tested. Chosen by judgement; not studied.
 const FEWEST: f64 = 0.002;
 
 /// A quadrant of the plane of input and speed.
@@ -54,7 +55,8 @@ pub fn missing(dataset: &Dataset) -> Vec<String> {
     vec![format!("the log has no data of {}: what acts only there is not tested", empty.join(", nor of "))]
 }
 
-/// A log whose speeds stay below this part of what its input could reach does not move.
+/// A log whose speeds stay below this part of what its input could reach does not move. Chosen by judgement; not
+/// studied.
 const SMALLEST_MOTION: f64 = 0.005;
 
 /// If nothing moves, nothing can be tested.

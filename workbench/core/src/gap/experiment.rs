@@ -11,9 +11,9 @@ use crate::system::log::Input;
 use crate::system::model::Kind;
 use crate::text::figures::figure;
 
-/// Samples per time constant of a simulated experiment.
+/// Samples per time constant of a simulated experiment. Chosen by judgement; not studied.
 const SAMPLES: f64 = 50.0;
-/// χ² below which two rivals cannot be told apart.
+/// χ² below which two rivals cannot be told apart. Chosen by judgement; not studied.
 const SEPARABLE: f64 = 20.0;
 
 /// A run of the catalogue, with its name.

@@ -7,11 +7,11 @@ use crate::gap::samples::Sample;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use std::collections::BTreeMap;
 
-/// Most points of a curve.
+/// Most points of a curve. For display, chosen by judgement.
 const POINTS: usize = 1500;
-/// Pause between two runs in a plot over time, s.
+/// Pause between two runs in a plot over time, s. For display, chosen by judgement.
 const RUN_GAP_S: f64 = 0.2;
-/// Bins of a residual over an axis.
+/// Bins of a residual over an axis. For display, chosen by judgement.
 const BINS: usize = 40;
 
 /// All plots. `later`: what the second model is called; none where it is the given one.
@@ -51,7 +51,7 @@ fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Curve {
     })
 }
 
-/// Runs in the first picture at most: more would show nothing but hairs.
+/// Runs in the first picture at most: more would show nothing but hairs. For display, chosen by judgement.
 const SHOWN_RUNS: usize = 12;
 
 /// Measured and simulated over time, what was held out marked.

@@ -44,11 +44,12 @@ pub fn run(
 /// Said of a model whose numbers the log moves nowhere.
 const A_FIT: &str = "No numbers of the model fit this log better than those that it has: it is a fit to the log, and names are judged as for \
                      one. Write fitted_to_log = true in its [model]";
-/// The numbers of a fit are moved by less than this part when they are fitted again: another integrator and another start of a run do
-/// that. In 60 drawn logs with an effect outside of the library at least one number of a data sheet moved by 6 % and more, and of 17
-/// fitted rigs none by more than 3.3 %.
+/// The numbers of a fit are moved by less than this part when they are fitted again: another integrator and another
+/// start of a run do that. Origin: in 60 drawn logs with an effect outside of the library at least one number of a
+/// data sheet moved by 6 % and more, and of 17 fitted rigs none by more than 3.3 %.
 const MOVES: f64 = 0.035;
-/// And they lower the squared error by less than this part: 4.5 % of it on one of those rigs, below 2 % on the others.
+/// And they lower the squared error by less than this part. Origin: 4.5 % of it on one of those rigs, below 2 % on
+/// the others.
 const LOWERS: f64 = 0.05;
 
 /// True if the numbers of a model are already the best ones for a log, whatever its file says.

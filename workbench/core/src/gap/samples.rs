@@ -92,7 +92,7 @@ pub fn seen(whole: Option<&FullPass>, set: &Scored) -> (Vec<Sample>, Vec<f64>) {
     thinned.into_iter().flatten().unzip()
 }
 
-/// Samples of a long log that plots and places are made of.
+/// Samples of a long log that plots and places are made of. For display, chosen by judgement.
 const ENOUGH: usize = 24_000;
 
 /// Time since the simulated speed last changed its sign, s.

@@ -9,13 +9,13 @@ use super::problem::{Problem, clipped, dot};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// The smallest of Levenberg's dampings, which is as good as none.
+/// The smallest of Levenberg's dampings, which is as good as none. Chosen by judgement; not studied.
 const LEAST_DAMPING: f64 = 1e-9;
-/// The damping with which a descent begins.
+/// The damping with which a descent begins. Chosen by judgement; not studied.
 const FIRST_DAMPING: f64 = 1e-2;
-/// Dampings that are tried for one step.
+/// Dampings that are tried for one step. Chosen by judgement; not studied.
 const TRIES: usize = 6;
-/// Slow steps in a row that end a descent.
+/// Slow steps in a row that end a descent. Chosen by judgement; not studied.
 const SLOW_STEPS: usize = 2;
 
 /// When a descent ends.

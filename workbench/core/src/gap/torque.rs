@@ -11,7 +11,8 @@ use crate::system::model::Kind;
 use crate::system::plant::physics::{Drive, Physics};
 use nalgebra::{DMatrix, DVector};
 
-/// Volts and rad/s² are told where they are so many times sharper than the torque: a measured current shows the torque, too.
+/// Volts and rad/s² are told where they are so many times sharper than the torque: a measured current shows the
+/// torque, too. Chosen by judgement; not studied.
 const SHARPER: f64 = 2.0;
 
 /// A torque of an effect of a fitted set, or the difference of two.

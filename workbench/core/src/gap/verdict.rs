@@ -42,16 +42,21 @@ pub struct Judged<'a> {
     pub tiny: Vec<Small>,
 }
 
-/// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise.
+/// What is left is worth a word when it is visible: this much rms beyond the noise, in units of the noise. Chosen by
+/// judgement; not studied.
 const VISIBLE: f64 = 0.25;
-/// What is left is worth a word when it is more than this share of the first squared gap, too. Right names in a form that is not exactly the
-/// library's leave up to half a per cent (docs/results/README.md), wrong ones several times that.
+/// What is left is worth a word when it is more than this share of the first squared gap, too. Origin: drawn cases;
+/// right names in a form that is not exactly the library's leave up to half a per cent, wrong ones several times
+/// that.
 const SHARE: f64 = 0.006;
-/// The same where what is left goes with the turn of a shaft: no form of another effect does.
+/// The same where what is left goes with the turn of a shaft: no form of another effect does. Chosen by judgement;
+/// not studied.
 const SHARE_TURNING: f64 = 1e-3;
-/// A model that leaves this share of the hold-out's gap has described the log, not the axis.
+/// A model that leaves this share of the hold-out's gap has described the log, not the axis. Origin: drawn cases;
+/// sets outside of the library that left less than a tenth of the log's gap left a fifth and more of the hold-out's.
 const HELD_OUT_SHARE: f64 = 0.15;
-/// A name stands, although something is left, if it shrinks the structured part by this factor.
+/// A name stands, although something is left, if it shrinks the structured part by this factor. Chosen by judgement;
+/// not studied.
 const CONFIRMED: f64 = 10.0;
 
 /// Judges what was found.
@@ -103,7 +108,8 @@ pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Jud
     }
 }
 
-/// Beside a dependence that predicts more than this, a line in time or a trace of the turn is a part of it.
+/// Beside a dependence that predicts more than this, a line in time or a trace of the turn is a part of it. Chosen by
+/// judgement; not studied.
 const PART_OF_IT: f64 = 0.5;
 
 impl Judged<'_> {
@@ -204,11 +210,11 @@ fn indistinct(best: &Scored) -> (Option<usize>, Option<Uncertainty>) {
     (estimate::indistinct(&anew, &Uncertainty::of(&anew)), None)
 }
 
-/// A name that lifts the held-out fit by fewer points is small: nobody sees it in a fit. In 200 drawn cases right names bring 0.06 at
-/// least.
+/// A name that lifts the held-out fit by fewer points is small: nobody sees it in a fit. Origin: in 200 drawn cases
+/// right names bring 0.06 at least.
 const SEEN_POINTS: f64 = 0.02;
-/// A model without an inductance leaves out a lag of the winding of this part of the mechanical time constant, and of so many seconds at
-/// most: small motors have 0.3 to 3 ms beside 5 to 50 ms.
+/// A model without an inductance leaves out a lag of the winding of this part of the mechanical time constant, and of
+/// so many seconds at most: small motors have 0.3 to 3 ms beside 5 to 50 ms. Chosen by judgement; not studied.
 const WINDING: (f64, f64) = (0.03, 0.002);
 
 /// The first effect of a set without which the held-out data are predicted as well, everything fitted anew, or that is small, with the
@@ -279,13 +285,14 @@ fn most_is_removed(best: &Scored, given: &Scored, limits: &ShareLimits) -> bool 
     log <= limits.likely && no_more(&best.held_out(), &given.held_out(), limits.likely)
 }
 
-/// A held-out record that is missed by this many times the noise, where the log is not, is of another motor.
+/// A held-out record that is missed by this many times the noise, where the log is not, is of another motor. Chosen
+/// by judgement; not studied.
 const STRANGE: f64 = 3.0;
 
-/// Fewer samples show no structure, whatever they leave.
+/// Fewer samples show no structure, whatever they leave. Chosen by judgement; not studied.
 pub const FEW: usize = 200;
-/// What they leave is no agreement from so many times the noise's variance on.
-const DISAGREE: f64 = 9.0;
+/// What they leave is no agreement from so many times the noise's variance on. Origin: the square of [`STRANGE`].
+const DISAGREE: f64 = STRANGE * STRANGE;
 
 /// True if the model misses a held-out record although it fits the log.
 fn strange(best: &Scored) -> bool {
@@ -299,7 +306,8 @@ fn held_out_square(set: &Scored) -> f64 {
     held_out / samples.max(1) as f64
 }
 
-/// What looks like noise and opens fewer points of the fit is noise: of a coarse reading that a slow motion hides from the estimate.
+/// What looks like noise and opens fewer points of the fit is noise: that of a coarse reading, which a slow motion
+/// hides from the estimate. Chosen by judgement; not studied.
 const LIKE_NOISE_POINTS: f64 = 0.1;
 
 /// True if what is left is worth a verdict of its own.

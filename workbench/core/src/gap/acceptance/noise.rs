@@ -11,45 +11,46 @@ use crate::system::effects::Effect;
 use std::sync::OnceLock;
 
 /// Smallest visibility of an effect: the rms change of the prediction over the noise. At a tenth and less nothing can
-/// be named reliably (decision 0032). Half of it changes no case, twice it loses one pair (of 26 design
+/// be named reliably (decision 0032). Origin: half of it changes no case, twice it loses one pair (of 26 design
 /// cases).
 pub const VISIBLE: f64 = 0.13;
-/// Smallest visibility of a further effect when the residual is already as small as the noise. Halved or doubled it
-/// changes no case (of 26 design cases).
+/// Smallest visibility of a further effect when the residual is already as small as the noise. Origin: halved or
+/// doubled it changes no case (of 26 design cases).
 const VISIBLE_IN_NOISE: f64 = 0.22;
 /// Smallest visibility of a further effect whose period is searched for. On a repeating trajectory the model error of
-/// a large effect is periodic, too; hence a higher threshold. Halved or doubled it changes no case
-/// (of 26 design cases).
+/// a large effect is periodic, too; hence a higher threshold. Origin: halved or doubled it changes no case (of 26
+/// design cases).
 const VISIBLE_LINE: f64 = 0.25;
-/// Smallest share of the remaining squared gap that a further effect must explain (decision 0032). Halved or doubled
-/// it changes no case (of 26 design cases).
+/// Smallest share of the remaining squared gap that a further effect must explain (decision 0032). Origin: halved or
+/// doubled it changes no case (of 26 design cases).
 const SHARE_OF_REMAINDER: f64 = 0.05;
 /// Smallest share of the first squared gap that a further effect must explain: below it, the imperfect form of a
-/// large effect attracts second names (decision 0032). Halved or doubled it changes no case (of 26 design
+/// large effect attracts second names (decision 0032). Origin: halved or doubled it changes no case (of 26 design
 /// cases).
 pub const SHARE_OF_GAP: f64 = 1e-2;
 /// A further effect below [`SHARE_OF_GAP`] is still accepted if it explains this share of what is left: a form that
-/// is wrong leaves something else, too (decision 0032). Halved or doubled it changes no case (of 26
-/// design cases).
+/// is wrong leaves something else, too (decision 0032). Origin: halved or doubled it changes no case (of 26 design
+/// cases).
 const NEARLY_ALL: f64 = 0.8;
-/// This share of what is left is enough where nothing but noise remains after it. Half of it changes no case, twice
-/// it loses one pair (of 26 design cases).
+/// This share of what is left is enough where nothing but noise remains after it. Origin: half of it changes no case,
+/// twice it loses one pair (of 26 design cases).
 const MOST: f64 = 0.6;
-/// Nothing but noise remains where χ² per sample stays below this. Halved or doubled it changes no case (of 26
-/// design cases).
+/// Nothing but noise remains where χ² per sample stays below this. Origin: halved or doubled it changes no case (of
+/// 26 design cases).
 const NOISE_ALONE: f64 = 2.0;
 /// The share of what is left that an effect must explain if its period is searched for among dozens: one of them
-/// always explains something (decision 0032, found on design seeds; its sensitivity was not measured).
+/// always explains something (decision 0032). Origin: design cases; its sensitivity was not measured.
 const NEARLY_ALL_SCANNED: f64 = 0.92;
-/// A gain below this share of the first gap is computed again on the fine grid. Halved or doubled it
-/// changes no case (of 26 design cases).
+/// A gain below this share of the first gap is computed again on the fine grid. Origin: halved or doubled it changes
+/// no case (of 26 design cases).
 const FINE_BELOW: f64 = 2e-2;
-/// A base parameter is named when it lies further off than this many tolerances. Half of it changes no case, twice it
-/// loses one pair (of 26 design cases).
+/// A base parameter is named when it lies further off than this many tolerances. Origin: half of it changes no case,
+/// twice it loses one pair (of 26 design cases).
 const BEYOND: f64 = 3.0;
 
-/// A base parameter contradicts a data sheet from this factor on. Windings and loads of one type differ by less than 2, and friction that
-/// is hidden beside an inertia three times too large makes it look like 2.3.
+/// A base parameter contradicts a data sheet from this factor on. Origin: windings and loads of one type differ by
+/// less than 2 (judgement); in drawn cases friction that is hidden beside an inertia three times too large makes it
+/// look like 2.3.
 const CONTRADICTED: f64 = 2.2;
 
 /// True if a ratio lies beyond what any motor of the type could have.
@@ -57,8 +58,8 @@ pub fn far(ratio: f64) -> bool {
     ratio.ln().abs() > CONTRADICTED.ln()
 }
 
-/// Part of a gain that must show on folds that were not fitted. Where base parameters alone are freed, so much may be lost there.
-/// Its sensitivity was not measured.
+/// Part of a gain that must show on folds that were not fitted. Where base parameters alone are freed, so much may be
+/// lost there. Chosen by judgement; not studied.
 pub(super) const VALIDATED: f64 = 0.25;
 
 /// What is known of the noise beside one set, which larger ones are weighed against.

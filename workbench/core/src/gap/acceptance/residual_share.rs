@@ -14,15 +14,16 @@ use crate::system::effects::{Meaning, Starts};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;
 
-/// Logarithm of the likelihood ratio that each further number must bring, the samples counted by their correlation: half of
-/// Akaike's and of Schwarz's price at some hundred samples lies here.
+/// Logarithm of the likelihood ratio that each further number must bring, the samples counted by their correlation.
+/// Origin: Schwarz's price (Ann. Statist. 6, 1978), ln(n)/2, at 400 samples; Akaike's is 1.
 const PER_NUMBER: f64 = 3.0;
-/// Whole periods that a log must have seen before a period is named.
+/// Whole periods that a log must have seen before a period is named. Chosen by judgement; not studied.
 const PERIODS: f64 = 3.0;
-/// A name that joins may leave so many times as much on one held-out record, if it leaves less on all of them together: a further
-/// name may be what that record needs.
+/// A name that joins may leave so many times as much on one held-out record, if it leaves less on all of them
+/// together: a further name may be what that record needs. Chosen by judgement; not studied.
 const WORSE: f64 = 1.05;
-/// Without a name that stays, the squared error of every held-out record grows by this factor at least.
+/// Without a name that stays, the squared error of every held-out record grows by this factor at least. Chosen by
+/// judgement; not studied.
 const HELPS_EACH: f64 = 1.05;
 
 /// A name joins if it removes a share of the log's squared error, fitted and not fitted.

@@ -4,9 +4,10 @@ use super::{Evidence, Weighed, price};
 use crate::gap::scored::Scored;
 use crate::gap::tables::rows::Rows;
 
-/// The mean square has to fall by this factor, or the effect is not worth a name.
+/// The mean square has to fall by this factor, or the effect is not worth a name. Chosen by judgement; not studied.
 const FACTOR: f64 = 1.15;
-/// The part of an effect in the residual has to be larger than this share of the largest reading: the error budget of a map.
+/// The part of an effect in the residual has to be larger than this share of the largest reading: the error budget of
+/// a map. Chosen by judgement, as that of a record (`VALUE` in `dataset/weigh.rs`); not studied.
 const VISIBLE: f64 = 3e-4;
 
 /// Sets that are fitted to rows.

@@ -5,7 +5,8 @@ use crate::system::plant::input::Chain;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::simd::Lanes;
 
-/// Sets that any processor's registers can hold side by side.
+/// Sets that any processor's registers can hold side by side. Origin: the widest registers hold 8 numbers of 64 bits
+/// (AVX-512), a pair of them 16; doubled by judgement.
 const MOST_SETS: usize = 32;
 
 /// The mean of the input over any stretch of time, of one plant or of several in lock-step.

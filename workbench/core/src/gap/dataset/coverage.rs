@@ -4,22 +4,25 @@ use crate::system::log::Run;
 use servo::axis::Bridge;
 use std::ops::Range;
 
-/// Levels of input and speed, as parts of their largest.
+/// Levels of input and speed, as parts of their largest. Chosen by judgement; not studied.
 const EDGES: [f64; 6] = [-0.7, -0.3, -0.03, 0.03, 0.3, 0.7];
 const LEVELS: usize = EDGES.len() + 1;
-/// A jump of the input is so large, as a part of the largest.
+/// An input that changes by this part of its largest value from one row to the next jumps. Chosen by judgement; not
+/// studied.
 const JUMP: f64 = 0.1;
 /// Kinds of what happens: each pair of levels, jumps up and down at each level of the speed, reversals, an open bridge, growing
 /// and falling speed.
 const KINDS: usize = LEVELS * LEVELS + 2 * LEVELS + 5;
-/// A jump or a reversal counts as so many rows: what follows it tells more than a row at rest.
+/// A jump or a reversal counts as so many rows: what follows it tells more than a row at rest. Chosen by judgement;
+/// not studied.
 const EVENT: f32 = 60.0;
-/// More of one kind in a stretch tell no more than so many.
+/// More rows of one kind than this, in a stretch, tell no more. Chosen by judgement; not studied.
 const ENOUGH: f32 = 3.0;
-/// Of what is chosen so much is spread evenly over the log.
+/// Share of the chosen stretches that is spread evenly over the log. Chosen by judgement; not studied.
 const SPREAD: f64 = 0.5;
 
-/// A speed is the mean over so many times the rows over which it is taken from positions, on either side.
+/// A speed is the mean over so many times the rows over which it is taken from positions, on either side. Chosen by
+/// judgement; not studied.
 const STEADY: usize = 3;
 
 /// How often each kind happens.

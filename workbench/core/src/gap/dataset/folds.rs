@@ -4,7 +4,7 @@ use super::probe::Probes;
 use super::{GridRun, Part};
 use crate::system::log::{Dynamic, median};
 
-/// Pieces into which a run is cut for fitting, choosing and holding out.
+/// Pieces into which a run is cut for fitting, choosing and holding out. Chosen by judgement; not studied.
 const PIECES: usize = 16;
 
 /// Alternating pieces of a run: fit, choose, and, without hold-out logs, every fourth one held out.

@@ -13,9 +13,10 @@ use crate::system::plant::state::State;
 use pulp::{Arch, Simd, WithSimd};
 use std::cell::Cell;
 
-/// Sets that count as one pack: what two registers of the commonest processors hold. Narrower ones take a pack in parts, so that
-/// counts of work do not depend on the machine.
-const PACK: usize = 8;
+/// Sets that count as one pack: what two registers of the commonest processors hold. Narrower ones take a pack in
+/// parts, so that counts of work do not depend on the machine. Origin: registers of AVX2 hold four numbers of 64
+/// bits.
+pub const PACK: usize = 8;
 /// Sets of a pack that stay together where two threads share it: what one register of the commonest processors holds.
 const HALF: usize = PACK / 2;
 

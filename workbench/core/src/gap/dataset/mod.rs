@@ -25,7 +25,7 @@ mod weigh;
 
 pub use agree::same;
 pub use full_pass::FullPass;
-pub use lockstep::{Compared, lockstep};
+pub use lockstep::{Compared, PACK, lockstep};
 pub use noise::hf_noise;
 pub use position::speeds;
 pub use preheat::Preheat;

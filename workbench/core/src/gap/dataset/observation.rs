@@ -7,9 +7,10 @@ use crate::system::log::{Dynamic, Run};
 use crate::system::model::{Model, SpeedSensor};
 use std::f64::consts::TAU;
 
-/// More rows than this are thinned for the search: fits cost in proportion, and say no more about a motor.
+/// More rows than this are thinned for the search: fits cost in proportion, and say no more about a motor. A budget
+/// of computing time, chosen by judgement.
 pub(super) const MOST_BLOCKS: usize = 12_000;
-/// A block is never longer than this part of the time constant.
+/// A block is never longer than this part of the time constant. Origin: a longer one could not be told from a delay.
 const LONGEST_BLOCK: f64 = 1.0 / 40.0;
 
 /// How the outputs are looked at.

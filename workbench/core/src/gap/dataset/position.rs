@@ -12,16 +12,18 @@ use crate::system::model::Encoder;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::TAU;
 
-/// A position is compared itself if its difference would have more noise than this part of full speed. Where it has less, the
-/// difference is the better measure: the way of a pendulum drifts with every error of its weight, and names were then given to the
-/// drift.
+/// A position is compared itself if its difference would have more noise than this part of full speed. Where it has
+/// less, the difference is the better measure: the way of a pendulum drifts with every error of its weight, and names
+/// were then given to the drift. Origin: 22 measured rigs keep their answers at 0.02; at 0.01 a log of a slow sine
+/// was compared by its position, and a symmetric friction came out with two sides.
 pub(super) const COARSE: f64 = 0.02;
-/// Windows are at least so long, s, and at least so many time constants: a run is cut only where its drift would be judged.
+/// Windows are at least so long, s, and at least so many time constants: a run is cut only where its drift would be
+/// judged. Chosen by judgement; not studied.
 pub(super) const LONGEST_S: f64 = 0.5;
 pub(super) const LONGEST_TIMES: f64 = 10.0;
-/// A parabola is no motion: the speed at its end is wrong by up to such a part.
+/// A parabola is no motion: the speed at its end is wrong by up to such a part. Chosen by judgement; not studied.
 const CURVED: f64 = 0.05;
-/// Points of the grid from which a place and its speed are estimated, on one side.
+/// Points of the grid from which a place and its speed are estimated, on one side. Chosen by judgement; not studied.
 const REACH: usize = 5;
 
 /// The ways of the shaft from the start of each window.

@@ -5,9 +5,9 @@ use crate::system::plant::physics::{Drive, Physics};
 use servo::axis::Bridge;
 use std::sync::Arc;
 
-/// Pieces into which a run is parted.
+/// Pieces into which a run is parted. A budget of computing time, chosen by judgement.
 const PIECES: usize = 2048;
-/// What lies further back than so many thermal time constants is forgotten.
+/// What lies further back than so many thermal time constants is forgotten. Chosen by judgement: e⁻⁸ is 3e-4.
 const FORGOTTEN: f64 = 8.0;
 
 /// Means over pieces of a run, for the power that is lost in the winding: of the squared input, of input times speed, of the

@@ -181,8 +181,9 @@ fn rough_speed(run: &Run) -> Cow<'_, [f64]> {
     (0..run.rows() - span).map(pair).collect()
 }
 
-/// Speeds beyond what the largest input can reach by about the factor between rpm and rad/s, 9.55, are called out: less where a
-/// missing dead zone or friction takes half of the speed, more where the drive or the model is off besides.
+/// Speeds beyond what the largest input can reach by about the factor between rpm and rad/s, 9.55, are called out:
+/// less where a missing dead zone or friction takes half of the speed, more where the drive or the model is off
+/// besides. Chosen by judgement; not studied.
 const RPM: std::ops::Range<f64> = 5.0..14.0;
 
 /// Calls out units that cannot be.

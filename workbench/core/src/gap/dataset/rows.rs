@@ -3,7 +3,7 @@
 use crate::system::log::Run;
 use std::ops::Range;
 
-/// A gap of so many samples, and of a part of the time constant, starts a new run.
+/// A gap of so many samples, and of a part of the time constant, starts a new run. Chosen by judgement; not studied.
 const GAP_SAMPLES: f64 = 20.0;
 
 /// Cuts a run where samples were dropped for long: what happened there is unknown.

@@ -13,20 +13,20 @@ use crate::system::log::{Dynamic, Run};
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Compared blocks of a stretch, at least.
+/// Compared blocks of a stretch, at least. Chosen by judgement; not studied.
 const BLOCKS: usize = 500;
-/// Compared time constants of a stretch, at least.
+/// Compared time constants of a stretch, at least. Chosen by judgement; not studied.
 const TIMES: f64 = 6.0;
-/// Windows of a compared position in a stretch.
+/// Windows of a compared position in a stretch. Chosen by judgement; not studied.
 const WINDOWS: f64 = 2.0;
-/// Time constants that are simulated and not compared before it.
+/// Time constants that are simulated and not compared before it. Chosen by judgement: e⁻⁴ is 2 %.
 const LEAD: f64 = 4.0;
-/// A run up to so many stretches long is taken as a whole.
+/// A run up to so many stretches long is taken as a whole. Chosen by judgement; not studied.
 const WHOLE: f64 = 1.5;
-/// Stretches from which the noise is estimated.
+/// Stretches from which the noise is estimated. Chosen by judgement; not studied.
 const EVENLY: usize = 49;
 /// Compared blocks that are held out, in all.
-const HELD_OUT_BLOCKS: usize = 12_000;
+const HELD_OUT_BLOCKS: usize = MOST_BLOCKS;
 
 /// A run without long gaps.
 struct Piece<'a> {

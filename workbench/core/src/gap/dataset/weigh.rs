@@ -7,9 +7,9 @@ use super::{Dataset, GridRun, Part, Probes, Simulation};
 use crate::gap::fit::{COARSE, FINE};
 use crate::system::plant::physics::Physics;
 
-/// Timing error as a part of the sample period.
+/// Timing error as a part of the sample period. Chosen by judgement; not studied.
 const TIMING: f64 = 0.02;
-/// Error as a part of the value.
+/// Error as a part of the value. Chosen by judgement; not studied.
 const VALUE: f64 = 3e-4;
 
 impl Dataset {

@@ -11,15 +11,19 @@ use crate::system::model::{Kind, Model};
 use crate::text::figures::figure;
 use servo::axis::Bridge;
 
-/// Fewer rows tell nothing of a circuit.
+/// Fewer rows tell nothing of a circuit. Chosen by judgement, tried with the others of `examine`.
 const FEWEST: usize = 50;
-/// A factor below this one is a resistance, warm or of another sheet.
+/// A factor below this one is a resistance, warm or of another sheet. Chosen by judgement, tried with the others of
+/// `examine`.
 const FACTOR: f64 = 1.3;
-/// A unit is named where the factor lies within this part of it.
+/// A unit is named where the factor lies within this part of it. Chosen by judgement, tried with the others of
+/// `examine`.
 const UNIT: f64 = 0.1;
-/// A zero that is off by less than this part of the largest voltage across the resistance is a zero.
+/// A zero that is off by less than this part of the largest voltage across the resistance is a zero. Chosen by
+/// judgement, tried with the others of `examine`.
 const ZERO: f64 = 0.05;
-/// A current that is never below this part of its largest value has lost its sign.
+/// A current that is never below this part of its largest value has lost its sign. Chosen by judgement, tried with
+/// the others of `examine`.
 const BELOW: f64 = 0.1;
 
 /// What makes the column wrong and not the winding.

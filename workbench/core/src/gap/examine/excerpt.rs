@@ -2,9 +2,10 @@
 
 use std::ops::Range;
 
-/// Rows of a run that are looked at: of a longer one as many, in pieces spread over it.
+/// Rows of a run that are looked at: of a longer one as many, in pieces spread over it. A budget of computing time,
+/// chosen by judgement.
 const LOOKED_AT: usize = 200_000;
-/// Pieces of a longer run.
+/// Pieces of a longer run. A budget of computing time, chosen by judgement.
 const PIECES: usize = 16;
 
 /// Which of so many rows are looked at.

@@ -6,19 +6,22 @@
 use crate::system::log::{Dynamic, Run, median};
 use std::ops::Range;
 
-/// Readings that are equal to the last digit are looked at from so many rows on.
+/// Readings that are equal to the last digit for so many rows are looked at. Chosen by judgement, tried with the
+/// others of `examine`.
 const LONG: usize = 20;
-/// Under an input that varies by less than this part of what usually moves the shaft a speed settles, and leaps when the input does.
+/// Under an input that varies by less than this part of what usually moves the shaft a speed settles, and leaps when
+/// the input does. Chosen by judgement, tried with the others of `examine`.
 const VARIES: f64 = 0.2;
-/// A shaft stands from so many equal rows on.
+/// A shaft stands from so many equal rows on. Chosen by judgement, tried with the others of `examine`.
 const SHORT: usize = 4;
-/// In each direction so many rows of a stretch must drive harder than usual.
+/// Rows of a stretch that must drive harder than usual, in each direction. Chosen by judgement, tried with the others
+/// of `examine`.
 const DRIVEN: usize = 5;
-/// A leap is so many times the longest step of the record.
+/// A leap is so many times the longest step of the record. Chosen by judgement, tried with the others of `examine`.
 const LEAP: f64 = 2.0;
-/// A log of which less than this is left is no log.
+/// Share of a log that must be left, or nothing is cut out. Chosen by judgement, tried with the others of `examine`.
 const LEFT: f64 = 0.3;
-/// Runs that are shorter say nothing.
+/// Runs that are shorter say nothing. Chosen by judgement, tried with the others of `examine`.
 const SHORTEST: usize = 20;
 
 /// The record without such stretches, and what is said of them.

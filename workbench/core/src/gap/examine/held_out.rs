@@ -8,20 +8,26 @@ use crate::system::model::Model;
 /// A record that its own fit explains so well can be compared: at 0.91 a motor under a position loop was another one, at 0.975 one that
 /// stood for most of the record.
 const OWN: f64 = super::ENOUGH;
-/// And one of so many rows: a fit of seven forces explains any short record.
+/// Rows that such a record has at least: a fit of seven forces explains any short record. Chosen by judgement, tried
+/// with the others of `examine`.
 const ROWS: usize = 300;
-/// What the fit of the log leaves of it is so many times what its own fit leaves.
+/// The fit of the log leaves so many times as much of the record as the record's own fit. Chosen by judgement, tried
+/// with the others of `examine`.
 const WORSE: f64 = 6.0;
-/// And at least this share.
+/// And at least this share of it. Chosen by judgement, tried with the others of `examine`.
 const MISSED: f64 = 0.25;
-/// Where the log does not move as its model says, one motor for both leaves at least this share of one of them. An effect outside the library that changes one record's response leaves a
-/// tenth; motors of half the gain leave 0.18 and more.
+/// Where the log does not move as its model says, one motor for both leaves at least this share of one of them.
+/// Origin: an effect outside the library that changes one record's response leaves a tenth; motors of half the gain
+/// leave 0.18 and more.
 const MISSED_BY_BOTH: f64 = 0.15;
-/// A log agrees with its model where gain and time constant lie within this factor.
+/// A log agrees with its model where gain and time constant lie within this factor. Chosen by judgement, tried with
+/// the others of `examine`.
 const AGREES: f64 = 1.5;
-/// The gain differs by this factor: one motor warms up, its grease thickens, its battery sags.
+/// The gain differs by this factor: one motor warms up, its grease thickens, its battery sags. Chosen by judgement,
+/// tried with the others of `examine`.
 const GAIN_DIFFERS: f64 = 1.8;
 /// Beyond this factor a fit has left gain and time constant open: dry friction alone explains a record of two levels.
+/// Chosen by judgement, tried with the others of `examine`.
 const OPEN: f64 = 50.0;
 
 /// A held-out record that moves like another motor.

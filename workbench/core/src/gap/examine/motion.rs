@@ -6,24 +6,28 @@ use crate::system::log::{Dynamic, Input, median};
 use crate::system::model::Kind;
 use nalgebra::{DMatrix, DVector};
 
-/// Rows that are looked at.
+/// Rows that are looked at. A budget of computing time, chosen by judgement.
 const ROWS: usize = 20_000;
-/// Rates that are tried around that of the model: a quarter to four times.
+/// Rates that are tried around that of the model: a quarter to four times. Half octaves; chosen by judgement.
 const AROUND: [f64; 9] = [0.25, 0.35, 0.5, 0.71, 1.0, 1.4, 2.0, 2.8, 4.0];
-/// And nearer to the best of them.
+/// And nearer to the best of them. Origin: 2^(1/4), 2^(1/8) and 2^(1/16), each half of the step before.
 const FINER: [f64; 3] = [1.19, 1.09, 1.045];
-/// A gain within this factor of the model's is an effect, not a mistake. A published motor is off by 2.3.
-const GAIN: f64 = 3.0;
-/// Limits and thresholds of the input that are tried, as parts of the largest one.
+/// A gain within this factor of the model's is an effect, not a mistake. Origin: a published motor is off by 2.3.
+pub(super) const GAIN: f64 = 3.0;
+/// Limits and thresholds of the input that are tried, as parts of the largest one. Half octaves; chosen by judgement.
 const LIMITS: [f64; 8] = [0.06, 0.09, 0.13, 0.19, 0.27, 0.38, 0.53, 0.75];
-/// Dead zones that are tried, up to this part of the largest input.
+/// Dead zones that are tried, up to this part of the largest input. Chosen by judgement, tried with the others of
+/// `examine`.
 const ZONES: usize = 8;
 const WIDEST: f64 = 0.32;
-/// Responses that agree so far cannot be told apart: of more than two levels they agree to 0.95.
+/// Responses that agree so far cannot be told apart: of more than two levels they agree to 0.95. Chosen by judgement,
+/// tried with the others of `examine`.
 const ALIKE: f64 = 0.985;
-/// Below this part of the fastest motion no direction is certain.
+/// Below this part of the fastest motion no direction is certain. Chosen by judgement, tried with the others of
+/// `examine`.
 const STANDS: f64 = 0.02;
-/// Faster than this part of the fastest motion it is no noise.
+/// Faster than this part of the fastest motion it is no noise. Chosen by judgement, tried with the others of
+/// `examine`.
 const BACKWARDS: f64 = 0.1;
 
 /// The model as dω/dt = slope · input − rate · ω.

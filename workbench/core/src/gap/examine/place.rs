@@ -5,11 +5,12 @@ use crate::outcome::DataFault;
 use crate::system::log::Dynamic;
 use std::f64::consts::{PI, TAU};
 
-/// A factor that is found lies so near the one of the list, in its logarithm.
+/// A factor that is found lies so near to the one of the list, as a difference of logarithms. Chosen by judgement,
+/// tried with the others of `examine`.
 const NEAR: f64 = 0.1;
-/// Rows between two positions that are compared.
+/// Rows between two positions that are compared. Chosen by judgement, tried with the others of `examine`.
 const STRIDE: usize = 8;
-/// One of the two has the wrong sign.
+/// One of the two has the wrong sign. Origin: definition.
 const SIGN: f64 = -1.0;
 
 /// A position that does not integrate to the speed.

@@ -11,33 +11,47 @@ use crate::system::log::{Dynamic, Run, median};
 use crate::system::model::Model;
 use std::ops::Range;
 
-/// A time column is even if its steps differ by less than this part.
+/// A time column is even if its steps differ by less than this part. Chosen by judgement, tried with the others of
+/// `examine`.
 const EVEN: f64 = 1e-3;
-/// A way is judged where it should be so many steps of the encoder long.
+/// A way is judged where it should be at least so many steps of the encoder long. Chosen by judgement, tried with the
+/// others of `examine`.
 const STEPS: f64 = 12.0;
-/// And where the speed at its ends differs by less than this part of their sum: its mean is then that of the speed between them.
+/// And where the speed at its ends differs by less than this part of their sum: its mean is then that of the speed
+/// between them. Chosen by judgement, tried with the others of `examine`.
 const STEADY: f64 = 0.1;
-/// A lost row makes a step of two rows, two lost ones of three, within this part of a row.
+/// A lost row makes a step of two rows, two lost ones of three, within this part of a row. Chosen by judgement, tried
+/// with the others of `examine`.
 const NEAR: f64 = 0.25;
-/// Of ways there are none between one row's and two, unless noise makes them.
+/// No way lies between that of one row and that of two, unless noise makes it. Chosen by judgement, tried with the
+/// others of `examine`.
 const BETWEEN: Range<f64> = 1.3..1.7;
-/// A record with fewer steps that can be judged is not.
+/// A record with fewer steps that can be judged is not judged. Chosen by judgement, tried with the others of
+/// `examine`.
 const FEWEST: usize = 60;
-/// Lost rows are told from so many on, and from this share of the judged ones.
+/// Lost rows are told from so many on, and from this share of the judged ones. Chosen by judgement, tried with the
+/// others of `examine`.
 const LOST: (usize, f64) = (4, 2e-3);
-/// So many times more steps are near two rows than noise makes.
+/// Steps near two rows, as a multiple of those that noise makes. Chosen by judgement, tried with the others of
+/// `examine`.
 const CLEAR: usize = 4;
-/// Ways that spread by more than this part, and by this many times their own resolution, come from a clock that is not even.
+/// Ways that spread by more than this part, and by this many times their own resolution, come from a clock that is
+/// not even. Chosen by judgement, tried with the others of `examine`.
 const SPREAD: (f64, f64) = (0.05, 4.0);
-/// Of two rows with all readings alike one is a copy: from this share of the moving rows on, and so many.
+/// Of two rows with all readings alike one is a copy: from this share of the moving rows on, and so many. Chosen by
+/// judgement, tried with the others of `examine`.
 const DOUBLED: (f64, usize) = (3e-3, 6);
-/// A sensor that is read at every second row, or less often, repeats this share of its values.
+/// A sensor that is read at every second row, or less often, repeats this share of its values. Chosen by judgement,
+/// tried with the others of `examine`.
 const HELD: f64 = 0.4;
-/// Share of the repeated rows that have another input than the row before: of copies none has.
+/// Share of the repeated rows that have another input than the row before: of copies none has. Chosen by judgement,
+/// tried with the others of `examine`.
 const STALE: f64 = 0.05;
-/// Share of the values of a speed that differ from all others: a coarse speed repeats itself.
+/// Share of the values of a speed that differ from all others: a coarse speed repeats itself. Chosen by judgement,
+/// tried with the others of `examine`.
 const FINE: f64 = 0.4;
-/// Above this part of the fastest motion the shaft turns; above the other one a reading may be clamped.
+/// Above this part of the fastest motion the shaft turns; above the other one a reading may be clamped. Chosen by
+/// judgement, tried with the others of `examine`.
 const TURNS: Range<f64> = 0.1..0.97;
 
 /// Lost or doubled rows behind an even time column.

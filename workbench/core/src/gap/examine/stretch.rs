@@ -5,11 +5,14 @@ use crate::system::log::{Run, median};
 use servo::axis::Bridge;
 use std::ops::Range;
 
-/// A stretch of driven rows is looked at from this length on.
+/// A stretch of driven rows is looked at from this length on. Chosen by judgement, tried with the others of
+/// `examine`.
 const SHORTEST: usize = 12;
-/// Rows so many times as far apart as others are no motion that was driven as logged.
+/// Rows so many times as far apart as others are no motion that was driven as logged. Chosen by judgement, tried with
+/// the others of `examine`.
 const GAP: f64 = 10.0;
-/// The steps of a differenced position stay below this part of the fastest motion.
+/// The steps of a differenced position stay below this part of the fastest motion. Chosen by judgement, tried with
+/// the others of `examine`.
 const COARSE: f64 = 0.05;
 
 /// A driven stretch of a run.
@@ -25,11 +28,12 @@ pub struct Stretch {
     pub place: Vec<f64>,
 }
 
-/// What acts: the input, friction, a constant load, gravity in two directions, a spring, and what a dead zone takes from the input.
+/// What acts: the input, friction, a constant load, gravity in two directions, a spring, and what a dead zone takes
+/// from the input. Origin: their count.
 pub const FORCES: usize = 7;
 /// What a dead zone takes, among them.
 pub const TAKEN: usize = FORCES - 1;
-/// Input, friction and a constant load, the first of them.
+/// Input, friction and a constant load, the first of them. Origin: their count.
 pub const PLAIN_FORCES: usize = 3;
 
 /// What drives the motion in a row, force by force. Slower than `stands` no direction is certain.

@@ -11,8 +11,9 @@ const RPM: f64 = TAU / 60.0;
 /// rad in a degree.
 const DEGREE: f64 = PI / 180.0;
 
-/// A factor that is found lies so near the one of the list, in its logarithm, besides the tolerance of the model: a fit with friction and a
-/// dead zone knows its gain to 3 %. Seven pole pairs are no rpm (9.55), a gear of 7 no turns (6.28).
+/// A factor that is found lies so near to the one of the list, as a difference of logarithms, besides the tolerance
+/// of the model: a fit with friction and a dead zone knows its gain to 3 %. Origin: seven pole pairs are no rpm
+/// (9.55), a gear of 7 no turns (6.28).
 const NEAR: f64 = 0.03;
 
 /// What a voltage may be logged as, and its full scale.

@@ -1,5 +1,6 @@
 //! Units and signs of a table of settled speeds.
 
+use super::motion::GAIN;
 use super::suspects::SCALES;
 use super::{ENOUGH, clearly};
 use crate::gap::time_base;
@@ -8,9 +9,8 @@ use crate::system::log::Table;
 use crate::system::model::{Kind, Model};
 use std::f64::consts::{PI, TAU};
 
-/// A gain within this factor of the model's is an effect, not a mistake.
-const GAIN: f64 = 3.0;
-/// A factor that is found lies so near the one of the list, in its logarithm.
+/// A factor that is found lies so near to the one of the list, as a difference of logarithms. Chosen by judgement,
+/// tried with the others of `examine`.
 const NEAR: f64 = 0.35;
 
 /// A factor or a sign without which the table does not rise as the model says.

@@ -9,26 +9,32 @@ use crate::system::effects::TRANSPORT_DELAY;
 use crate::system::log::{Dynamic, Log, Run, median};
 use crate::system::model::{Model, SpeedSensor};
 
-/// An input that stands later than this is another record, s and rows.
+/// An input that stands later than this is another record, s and rows. Chosen by judgement, tried with the others of
+/// `examine`.
 const LATEST_S: f64 = 0.2;
 const LATEST_ROWS: f64 = 2000.0;
-/// And so late it is looked at first, besides by one row, s.
+/// Delays up to this, s, and one row are tried first. Chosen by judgement, tried with the others of `examine`.
 const SOON_S: f64 = 0.003;
-/// Shorter runs are not moved.
+/// Shorter runs are not moved. Chosen by judgement, tried with the others of `examine`.
 const SHORTEST: usize = 20;
-/// A shift must explain so much of the motion,
+/// A shift must explain so much of the motion. Chosen by judgement, tried with the others of `examine`.
 const MOST: f64 = 0.98;
-/// and leave at most this part of what is left without it.
+/// And it must leave at most this part of what is left without it. Chosen by judgement, tried with the others of
+/// `examine`.
 const SHRINKS: f64 = 0.4;
-/// A jump of the input is so much of its largest value, and stands alone among so many rows. Fewer of them tell nothing.
+/// A jump of the input is so much of its largest value, and stands alone among so many rows. Fewer jumps tell
+/// nothing. Chosen by judgement, tried with the others of `examine`.
 const JUMP: f64 = 0.2;
 const AROUND_JUMP: usize = 4;
 const JUMPS: usize = 8;
-/// The acceleration that changes in one row does so this many times more than in any other: a central difference halves it.
+/// The acceleration changes in one row by so many times more than in any other: a central difference halves it.
+/// Chosen by judgement, tried with the others of `examine`.
 const ALONE: f64 = 3.0;
-/// Rows on either side over which a speed may have been smoothed.
+/// Rows on either side over which a speed may have been smoothed. Chosen by judgement, tried with the others of
+/// `examine`.
 const REACHES: [usize; 7] = [2, 3, 5, 7, 10, 15, 20];
-/// Steps of a speed below this part of its range harm nobody.
+/// Steps of a speed below this part of its range harm nobody. Chosen by judgement, tried with the others of
+/// `examine`.
 const COARSE: f64 = 0.01;
 
 /// By how many rows the input stands late: the motion answers before it changes, in the log and in every held-out record. Nothing but a

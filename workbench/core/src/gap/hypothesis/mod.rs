@@ -15,7 +15,8 @@ use crate::system::model::{KT, Kind, Model};
 use crate::system::plant::physics::Physics;
 
 /// How far a nuisance may move, in its standard deviations. A Gaussian prior alone does not hold against a long log.
-const NUISANCE_BOUND: f64 = 2.0;
+/// Origin: decision 0032.
+pub const NUISANCE_BOUND: f64 = 2.0;
 
 /// What a hypothesis is compared with: a record over time or a table of settled speeds.
 pub trait Data: Sync {

@@ -10,18 +10,20 @@ use crate::system::model::{DRIVE_GAIN, KE, KT, Kind, Model, VISCOUS_V};
 use crate::system::plant::physics::{Drive, Physics};
 use servo::axis::Bridge;
 
-/// How far a base parameter may move, in its tolerances, when the model is the best linear fit to the log and absorbs what
-/// is missing. The gain of a linear fit to a joint that lifts a weight is eight times too small (`xl330_pwm`); at half this bound
-/// friction was fitted to the gain that was missing.
+/// How far a base parameter may move, in its tolerances, when the model is the best linear fit to the log and absorbs
+/// what is missing. Origin: the gain of a linear fit to a joint that lifts a weight is eight times too small
+/// (`xl330_pwm`); at half this bound friction was fitted to the gain that was missing.
 const FITTED_BOUND: f64 = 6.0;
-/// The tolerance of a base parameter of such a model: a factor of e^±0.5 is one standard deviation.
+/// The tolerance of a base parameter of such a model: a factor of e^±0.5 is one standard deviation. Chosen by
+/// judgement; not studied.
 const FITTED_TOLERANCE: f64 = 0.5;
 /// A winding faster than this part of the mechanical time constant is no parameter that a log could tell. Held at its
 /// nominal value, a slower one would pass for a measure: of a short delay, and with the current of the drive's gain.
+/// Chosen by judgement; not studied.
 const NOTICEABLE_WINDING: f64 = 0.003;
 
-/// Step of the derivative with respect to the logarithm of a number of a motor, at most. What a log does not see (R, J and b together) must not seem
-/// seen because a large step bends.
+/// Step of the derivative with respect to the logarithm of a number of a motor, at most. What a log does not see (R,
+/// J and b together) must not seem seen because a large step bends. Chosen by judgement; not studied.
 const BASE_STEP: f64 = 2e-3;
 
 impl Hypothesis<'_> {
@@ -80,7 +82,8 @@ pub fn tolerance(model: &Model, key: &str) -> f64 {
     }
 }
 
-/// A number of the motor with this tolerance or more is not known: `truing start` gives 1.
+/// A number of the motor with this tolerance or more is not known: `truing start` gives 1. Half of it, chosen by
+/// judgement.
 const NOT_KNOWN: f64 = 0.5;
 
 /// True if a number of the base is not known: torques follow from the model file no better.

@@ -6,17 +6,19 @@ use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::{Acting, Knots, Term, Variable};
 use std::f64::consts::TAU;
 
-/// Knots over one variable: the bins in which a person would look at a residual.
+/// Knots over one variable: the bins in which a person would look at a residual. Chosen by judgement; not studied.
 const KNOTS: usize = 16;
-/// Knots over a turn: up to eight periods show.
+/// Knots over a turn. Origin: three a period show up to eight periods.
 const KNOTS_OF_TURN: usize = 24;
-/// Knots of the first and of the second variable of a pair.
+/// Knots of the first and of the second variable of a pair. Chosen by judgement; not studied.
 const KNOTS_OF_PAIR: (usize, usize) = (12, 5);
-/// Knots over the time of a run: coarser than the pieces into which the folds cut it.
+/// Knots over the time of a run: coarser than the pieces into which the folds cut it. Chosen by judgement; not
+/// studied.
 const KNOTS_OF_TIME: usize = 8;
-/// Speed below which a direction is not certain, as a part of the largest speed.
+/// Speed below which a direction is not certain, as a part of the largest speed. Chosen by judgement; not studied.
 const STANDSTILL: f64 = 0.02;
-/// The knots span the values but for this part on either side: there they are too rare to say anything.
+/// The knots span the values but for this part on either side, where they are too rare to say anything. Chosen by
+/// judgement; not studied.
 const RARE: f64 = 0.005;
 
 /// One dependence that is tried.

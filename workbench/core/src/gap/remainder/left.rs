@@ -8,15 +8,15 @@ use crate::gap::scored::Scored;
 use crate::system::plant::unnamed::Variable;
 use std::f64::consts::{PI, TAU};
 
-/// Quantile bins of an axis.
+/// Quantile bins of an axis. Chosen by judgement; not studied.
 const BINS: usize = 24;
-/// Lines that are looked for in time or position.
+/// Lines that are looked for in time or position. Chosen by judgement; not studied.
 const LINES: usize = 500;
-/// A line that explains so much of the residual is told.
+/// A line that explains so much of the residual is told. Chosen by judgement; not studied.
 const LINE_SHARE: f64 = 0.3;
-/// An axis that explains so much of the residual shows structure.
+/// An axis that explains so much of the residual shows structure. Chosen by judgement; not studied.
 const AXIS_SHARE: f64 = 0.1;
-/// Samples of a log from which a structure is looked for.
+/// Samples of a log from which a structure is looked for. Chosen by judgement; not studied.
 pub(super) const SAMPLES: usize = 200;
 /// Quantities that may explain what is left.
 const AXES: [Variable; 5] =

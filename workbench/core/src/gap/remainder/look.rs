@@ -8,18 +8,21 @@ use crate::gap::residual::{inflation, rms};
 use crate::gap::samples::Sample;
 use crate::gap::scored::Scored;
 
-/// What is left is looked at more closely from this mean square beyond the noise on, in units of the noise's variance: below what
-/// a verdict calls left, nobody asks.
+/// Mean square beyond the noise, in units of the noise's variance, from which what is left is looked at more closely:
+/// below what a verdict calls left, nobody asks. Chosen by judgement; not studied.
 const CLOSELY: f64 = 0.05;
 
-/// What two runs have in common counts from so many of its standard errors.
+/// What two runs have in common counts from so many of its standard errors. Chosen by judgement: 99.7 % of what is
+/// chance lies below.
 const CERTAIN: f64 = 3.0;
-/// Inflation from which the difference of two runs with the same input is no sensor noise: it has a cause that the input
-/// does not repeat. First-order noise with a coefficient of 0.75 inflates the variance of means sevenfold.
+/// Inflation from which the difference of two runs with the same input is no sensor noise: it has a cause that the
+/// input does not repeat. Origin: first-order noise with a coefficient of 0.75 inflates the variance of means
+/// sevenfold.
 const SLOW: f64 = 7.0;
-/// That difference must also be this much larger than the noise.
+/// That difference must also be this much larger than the noise. Chosen by judgement; not studied.
 const BEYOND_NOISE: f64 = 1.3;
-/// Samples of two runs with the same input from which their difference tells anything.
+/// Samples of two runs with the same input from which their difference tells anything. Chosen by judgement; not
+/// studied.
 const PAIRS: usize = 200;
 
 /// What is left of a fit.

@@ -8,7 +8,7 @@ use crate::gap::scored::Scored;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::plant::unnamed::{Acting, Moment, Term, Variable};
 
-/// Bins of the variable.
+/// Bins of the variable. For display, chosen by judgement.
 const BINS: usize = 24;
 
 /// The picture of a term over its first variable. `bare`: the set without the term.

@@ -14,9 +14,9 @@ use crate::system::model::Kind;
 use crate::system::plant::unnamed::Variable;
 use crate::text::figures::figure;
 
-/// Regions that are told.
+/// Regions that are told. For display, chosen by judgement.
 const TOLD: usize = 3;
-/// A region must hold this much more of the error than of the samples.
+/// A region must hold this much more of the error than of the samples. Chosen by judgement; not studied.
 const CONCENTRATED: f64 = 0.15;
 
 /// The quantities over which it is looked at, as a reader knows their magnitudes.
@@ -36,8 +36,8 @@ struct Axis {
     values: Vec<f64>,
 }
 
-/// Two regions are one if so much of the squared error that lies in either lies in both: a step, the first moments after it and a large
-/// acceleration are the same rows.
+/// Two regions are one if so much of the squared error that lies in either lies in both: a step, the first moments
+/// after it and a large acceleration are the same rows. Chosen by judgement; not studied.
 const THE_SAME: f64 = 0.8;
 
 /// A stretch of an axis: below or above a value.

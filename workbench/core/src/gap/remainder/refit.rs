@@ -12,11 +12,12 @@ use crate::system::model::{Model, UNNAMED, Unnamed};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::{Acting, Term};
 
-/// Steps of the descent on the coarse grid and, from there, on the fine one.
+/// Steps of the descent on the coarse grid and, from there, on the fine one. A budget of computing time, chosen by
+/// judgement.
 const STEPS: [usize; 2] = [8, 3];
-/// Step of the derivative of a value, as a part of what the values are measured by.
+/// Step of the derivative of a value, as a part of what the values are measured by. Chosen by judgement; not studied.
 const STEP: f64 = 1e-3;
-/// A value is bounded by this many times what the values are measured by.
+/// A value is bounded by this many times what the values are measured by. Chosen by judgement; not studied.
 const MOST: f64 = 5.0;
 
 /// A model with one more term, fitted.

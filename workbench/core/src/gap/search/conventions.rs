@@ -9,7 +9,8 @@ use crate::gap::scored::Scored;
 use crate::gap::threads::*;
 use crate::system::effects::{Effect, Family, LAGS, PLAIN_FRICTIONS, RARE_LAG, SHIFTS};
 
-/// Two descriptions leave the same if one leaves at most so many times the squared error of the other.
+/// Two descriptions leave the same if one leaves at most so many times the squared error of the other. Chosen by
+/// judgement; not studied.
 const THE_SAME: f64 = 1.02;
 
 impl<'a> Search<'a, '_> {

@@ -8,6 +8,7 @@ use super::Search;
 use super::adaptation::Adaptation;
 use super::screening::{Projector, Start, started};
 use crate::gap::acceptance::noise::{VISIBLE, at_floor};
+use crate::gap::dataset::PACK;
 use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::gap::hypothesis::{Hypothesis, Slot};
 use crate::gap::order::by_least;
@@ -20,32 +21,30 @@ use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};
 
-/// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly: a hundred
-/// for each of its up to three parameters.
+/// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly. A budget
+/// of computing time, chosen by judgement: a hundred for each of its up to three parameters.
 const FOR_ONE: usize = 300;
-/// Simulations that CMA-ES may spend on all parameters of a set. A budget of computing time.
+/// Simulations that CMA-ES may spend on all parameters of a set. A budget of computing time, chosen by judgement.
 const FOR_ALL: usize = 1000;
-/// Simulations of one generation. Hansen's default 4 + 3·ln(n) is 11 for ten parameters; a few more suit a cost with
-/// many hollows.
+/// Simulations of one generation. Origin: Hansen's default 4 + 3·ln(n) is 11 for ten parameters; a few more suit a
+/// cost with many hollows.
 const POPULATION: usize = 14;
 /// Initial standard deviation of a nuisance parameter when all parameters move, in tolerances: the fit before has
-/// already placed it.
+/// already placed it. Chosen by judgement; not studied.
 const NUISANCE: f64 = 0.3;
 /// Initial standard deviation of the parameters of an effect with a non-smooth cost when all parameters move, as a
-/// part of that of the search over its grid.
+/// part of that of the search over its grid. Chosen by judgement; not studied.
 const NEAR: f64 = 0.25;
 /// Initial relative standard deviation of the parameters of the other effects of the set: the fit before has placed
-/// them.
+/// them. Chosen by judgement; not studied.
 const OTHERS: f64 = 0.02;
-/// Fits that look for other local minima beside the one that was found; their scatter widens the
-/// intervals. A budget of computing time.
+/// Fits that look for other local minima beside the one that was found; their scatter widens the intervals. A budget
+/// of computing time, chosen by judgement.
 const HOLLOWS: usize = 10;
-/// Members of a generation that one thread simulates in lock-step: as many as a pack holds.
-const TOGETHER_IN_LOCKSTEP: usize = 8;
-/// An evolution ends when the costs of a generation differ by less than this part.
+/// An evolution ends when the costs of a generation differ by less than this part. Chosen by judgement; not studied.
 const TOGETHER: f64 = 1e-3;
-/// Evolutions of all numbers, one after the other, as multiples of those standard deviations: a narrow one ends in the
-/// nearest hollow, a wide one may find the next.
+/// Evolutions of all numbers, one after the other, as multiples of those standard deviations: a narrow one ends in
+/// the nearest hollow, a wide one may find the next. Chosen by judgement; not studied.
 const WIDTHS: [f64; 4] = [1.0, 2.0, 0.5, 1.0];
 
 /// The relative standard deviations of an effect's parameters, if its cost is rugged.
@@ -184,7 +183,7 @@ fn least(
     let mut best = (costs(std::slice::from_ref(&begin))[0], begin);
     for _ in 0..simulations / POPULATION {
         let members = adaptation.generation(POPULATION);
-        let found = each(members.chunks(TOGETHER_IN_LOCKSTEP).collect::<Vec<_>>()).flat_map_iter(&costs);
+        let found = each(members.chunks(PACK).collect::<Vec<_>>()).flat_map_iter(&costs);
         let mut ranked: Vec<(f64, &DVector<f64>)> =
             found.collect::<Vec<_>>().into_iter().zip(&members).collect();
         by_least(&mut ranked, |it| it.0);

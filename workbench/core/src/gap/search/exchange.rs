@@ -1,7 +1,7 @@
 //! Effects of a set are replaced by others, and dropped.
 
 use super::Search;
-use super::race::looked_at;
+use super::race::{THIRD_ROUND, looked_at};
 use crate::gap::acceptance::noise::{FineNoise, inside_tolerance};
 use crate::gap::acceptance::{Others, decided, price};
 use crate::gap::fit::{FINAL, SEARCH};
@@ -11,9 +11,9 @@ use crate::gap::threads::*;
 use crate::system::effects::LIBRARY;
 
 /// Candidates that are fitted in each exchange of one accepted effect for another: twice as many as a round fits to
-/// the end. A budget of computing time.
-const EXCHANGE_ROUND: usize = 8;
-/// Exchanges at most. A budget of computing time: most searches end after none or one.
+/// the end. A budget of computing time, chosen by judgement.
+const EXCHANGE_ROUND: usize = 2 * THIRD_ROUND;
+/// Exchanges at most: most searches end after none or one. A budget of computing time, chosen by judgement.
 const EXCHANGES: usize = 3;
 
 impl<'a> Search<'a, '_> {

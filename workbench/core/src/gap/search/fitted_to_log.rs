@@ -18,14 +18,14 @@ use crate::gap::threads::*;
 use crate::system::effects::{Effect, QUADRATIC_DRAG};
 use std::cell::OnceCell;
 
-/// Richer forms that one after the other may join.
+/// Richer forms that one after the other may join. Chosen by judgement; not studied.
 const RICHER_FORMS: usize = 2;
-/// A set that leaves more than this part of the first gap (squared) may be the wrong one: all forms are then searched from the
-/// beginning.
+/// A set that leaves more than this part of the first gap (squared) may be the wrong one: all forms are then searched
+/// from the beginning. Chosen by judgement; not studied.
 const MUCH: f64 = 0.1;
-/// Names that the held-out records may refuse in one round.
+/// Names that the held-out records may refuse in one round. A budget of computing time, chosen by judgement.
 const VETOES: usize = 3;
-/// Searches that go on because a name of the whole set did not stay.
+/// Searches that go on because a name of the whole set did not stay. A budget of computing time, chosen by judgement.
 const AGAIN: usize = 3;
 
 impl<'a> Search<'a, '_> {

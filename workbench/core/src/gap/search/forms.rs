@@ -11,10 +11,11 @@ use crate::gap::threads::*;
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};
 
-/// Two sides are called different where their difference is more than this part of their mean: hidden cases draw a sixth and more, and
-/// nobody would put less into a machine.
+/// Two sides are called different where their difference is more than this part of their mean. Origin: hidden cases
+/// draw a sixth and more, and nobody would put less into a machine.
 const EVEN: f64 = 0.03;
-/// Starts of an optional parameter, a softness, that the grid of its effect does not move.
+/// Starts of an optional parameter, a softness, that the grid of its effect does not move. Chosen by judgement; not
+/// studied.
 const SMALL: [f64; 2] = [0.03, 0.2];
 
 impl<'a> Search<'a, '_> {

@@ -19,12 +19,13 @@ use crate::system::effects::{Effect, INERTIA, MOTOR_GAIN, RESISTANCE};
 /// speed are measured in a minute. Where two of them explain a log equally well the first one is said, and the other is its rival. A
 /// viscous friction is no number of a data sheet.
 const SUSPECTS: [&Effect; 3] = [&INERTIA, &MOTOR_GAIN, &RESISTANCE];
-/// A parameter that wants out of its tolerance lies this far towards the end of the two tolerances that a fit may use.
+/// A parameter that wants out of its tolerance lies this far towards the end of the two tolerances that a fit may
+/// use. Chosen by judgement; not studied.
 const STRAINED: f64 = 1.8;
-/// What is freed must remove this share of the gap (squared, above the noise) that the parameters leave within their tolerances. An inertia
-/// three times too large removes 0.97, with a friction of 6 % of the supply hidden beside it. In 140 drawn cases a parameter that
-/// goes beyond twice in place of another effect removes 0.32 to 0.76, and 0.95 twice,
-/// where the later steps of the search took it out again (decision 0291).
+/// What is freed must remove this share of the gap (squared, above the noise) that the parameters leave within their
+/// tolerances. An inertia three times too large removes 0.97, with a friction of 6 % of the supply hidden beside it.
+/// Origin: in 140 drawn cases a parameter that goes beyond twice in place of another effect removes 0.32 to 0.76, and
+/// 0.95 twice, where the later steps of the search took it out again (decision 0291).
 const REMOVES: f64 = 0.9;
 
 impl<'a> Search<'a, '_> {

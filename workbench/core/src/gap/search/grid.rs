@@ -2,9 +2,11 @@
 
 use super::screening::Start;
 
-/// Of so many neighbouring sizes one is looked at first.
+/// Of so many neighbouring sizes one is looked at first. Origin: 14 drawn cases and two rigs; it takes 0.84 and 0.88
+/// of the steps, and no name changes.
 const EVERY: usize = 3;
-/// Grids of fewer sizes are not dense: between two of them lies more than a refinement could find again.
+/// Grids of fewer sizes are not dense: between two of them lies more than a refinement could find again. Origin: the
+/// dense grid of a backlash has 20 sizes a factor of 1.3 apart, the other one 8, a factor of two and more apart.
 const DENSE: usize = 12;
 
 /// What the starts of a grid promise. Starts with the same first parameter, a size, stand together, in the order of their sizes.

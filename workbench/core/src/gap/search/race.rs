@@ -16,26 +16,28 @@ use crate::gap::threads::*;
 use crate::system::effects::{Effect, LIBRARY};
 use std::borrow::{Borrow, BorrowMut};
 
-/// Candidates that are fitted for two iterations, of those with the lowest predicted cost. A budget
-/// of computing time, not a threshold: half of it changes no case of 26, 15 lose a pair of 16.
+/// Candidates that are fitted for two iterations, of those with the lowest predicted cost. Origin: a budget of
+/// computing time, not a threshold: half of it changes no case of 26, 15 lose a pair of 16.
 const FIRST_ROUND: usize = 40;
-/// Candidates that are fitted up to eight iterations. A budget of computing time, not a threshold;
-/// its sensitivity was not measured.
-const SECOND_ROUND: usize = 7;
-/// Candidates that are fitted to the end. A budget of computing time, not a threshold; its
+/// Candidates that are fitted up to eight iterations. A budget of computing time, chosen by judgement; its
 /// sensitivity was not measured.
-const THIRD_ROUND: usize = 4;
-/// Candidates with a non-smooth cost are fitted by CMA-ES if at most so many others promise more. A
-/// budget of computing time.
+const SECOND_ROUND: usize = 7;
+/// Candidates that are fitted to the end. A budget of computing time, chosen by judgement; its sensitivity was not
+/// measured.
+pub(super) const THIRD_ROUND: usize = 4;
+/// Candidates with a non-smooth cost are fitted by CMA-ES if at most so many others promise more. A budget of
+/// computing time, chosen by judgement.
 const EVOLVED: usize = 3;
-/// A round is fitted only if a start promises this part of what a name must gain. The linear
-/// prediction of a gain is often several times too low; its sensitivity was not measured.
+/// A round is fitted only if a start promises this part of what a name must gain: the linear prediction of a gain is
+/// often several times too low. Chosen by judgement; its sensitivity was not measured.
 const LEAST_PREDICTED_GAIN: f64 = 0.3;
-/// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that still
-/// promise more than the best has reached. Two iterations are too few for a phase.
+/// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that
+/// still promise more than the best has reached. Two iterations are too few for a phase. Chosen by judgement; not
+/// studied.
 const PROMISING: usize = 7;
 
-/// Starts that are simulated in lock-step: a multiple of what any processor advances at once. More would only cost memory.
+/// Starts that are simulated in lock-step: a multiple of what any processor advances at once. More would only cost
+/// memory. Chosen by judgement; not studied.
 const TOGETHER: usize = 16;
 
 /// A candidate before its fits.

@@ -8,7 +8,8 @@ use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::of_each;
 use crate::system::effects::Family;
 
-/// Sets within so many times the limit of a tie are fitted on the fine grid, which then decides.
+/// Sets within so many times the limit of a tie are fitted on the fine grid, which then decides. Chosen by judgement;
+/// not studied.
 const NEAR: f64 = 5.0;
 
 impl<'a> Search<'a, '_> {
@@ -60,8 +61,8 @@ fn sorted_names(scored: &Scored) -> Vec<String> {
     names
 }
 
-/// Where the gap is measured by shares, sets that leave this much more of the squared error, on the log or on a held-out record,
-/// are no tie.
+/// Where the gap is measured by shares, sets that leave this much more of the squared error, on the log or on a
+/// held-out record, are no tie. Chosen by judgement; not studied.
 const TIED_SHARE: f64 = 0.1;
 
 /// Sets that the data cannot tell from the best.

@@ -7,14 +7,16 @@ use crate::gap::beam::{Growth, grown};
 use crate::gap::fit::SEARCH;
 use crate::gap::scored::{Scored, dispersion};
 
-/// Sets that are grown side by side. Two effects that help only together need a second one; a third costs half as
-/// much again.
+/// Sets that are grown side by side: two effects that help only together need a second one. A budget of computing
+/// time, chosen by judgement; the third costs half as much again.
 pub(super) const BEAM: usize = 3;
-/// Sets of a round that lost and may be told as rivals.
+/// Sets of a round that lost and may be told as rivals. Chosen by judgement; not studied.
 const RIVALS: usize = 12;
-/// Part of the cost by which the best child must be lower for a round without a winner to be half of a pair.
+/// Part of the cost by which the best child must be lower for a round without a winner to be half of a pair. Chosen
+/// by judgement; not studied.
 const HALF_OF_A_PAIR: f64 = 0.05;
-/// The same where the gap is measured by shares, as a part of the share that a name must remove.
+/// The same where the gap is measured by shares, as a part of the share that a name must remove. Chosen by judgement;
+/// not studied.
 const HALF_OF_A_SHARE: f64 = 0.3;
 
 /// What the rounds leave for the report.

@@ -7,12 +7,14 @@ use crate::gap::problem::{Problem, dot};
 use crate::gap::scored::Scored;
 use nalgebra::DVector;
 
-/// The smallest multiple of a start's change of the residual that its predicted cost may assume:
-/// below it the prediction is that of another start.
+/// The smallest multiple of a start's change of the residual that its predicted cost may assume: below it the
+/// prediction is that of another start. Chosen by judgement; not studied.
 const LEAST_SHARE: f64 = 0.3;
-/// The largest multiple of that change: beyond it the linear prediction is not believed.
+/// The largest multiple of that change: beyond it the linear prediction is not believed. Chosen by judgement; not
+/// studied.
 const MOST_SHARE: f64 = 2.0;
-/// The smallest multiple for a candidate whose smallest start may be far too large for a small gap.
+/// The smallest multiple for a candidate whose smallest start may be far too large for a small gap. Chosen by
+/// judgement; not studied.
 const SMALLEST_SHARE: f64 = 0.02;
 
 /// A start after the parent's numbers followed.

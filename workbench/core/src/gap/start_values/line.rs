@@ -10,21 +10,24 @@ use crate::gap::residual::largest;
 use crate::system::log::{Dynamic, Table};
 use nalgebra::{DMatrix, DVector};
 
-/// Time constants that are tried, evenly in the logarithm, and limits, before the best is refined.
+/// Time constants that are tried, evenly in the logarithm, and limits, before the best is refined. Chosen by
+/// judgement; not studied.
 const TRIED: usize = 48;
-/// Steps of the refinement: each narrows the interval to 0.62 of itself (golden section).
+/// Steps of the refinement: each narrows the interval to 0.62 of itself (golden section). Origin: 0.62²⁴ is 1e-5.
 const REFINED: usize = 24;
-/// The shortest time constant that is tried, in rows, and the longest, in lengths of the longest piece. A longer one is an
-/// integrator, of which gain and time constant are known as their ratio alone.
+/// The shortest time constant that is tried, in rows, and the longest, in lengths of the longest piece. A longer one
+/// is an integrator, of which gain and time constant are known as their ratio alone. Chosen by judgement; not
+/// studied.
 const SHORTEST_ROWS: f64 = 0.3;
 const LONGEST: f64 = 10.0;
-/// A limit of the input is tried down to this share of its largest value, and must leave less than this share of what is left without it:
-/// noise alone makes no such difference.
+/// A limit of the input is tried down to this share of its largest value, and must leave less than this share of what
+/// is left without it: noise alone makes no such difference. Chosen by judgement; not studied.
 const LEAST_LIMIT: f64 = 0.3;
 const LIMITED: f64 = 0.7;
-/// Limit and time constant are searched for in turn: after two rounds both lie within a step of the search.
+/// Limit and time constant are searched for in turn: after two rounds both lie within a step of the search. Chosen by
+/// judgement; not studied.
 const LIMIT_ROUNDS: usize = 2;
-/// Settled speeds below this share of the largest one are a standstill.
+/// Settled speeds below this share of the largest one are a standstill. Chosen by judgement; not studied.
 const STANDS: f64 = 0.01;
 
 /// What the best linear model of a log says.

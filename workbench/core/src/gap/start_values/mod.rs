@@ -18,12 +18,14 @@ use crate::text::figures::{figure, listing};
 use crate::text::input_error::InputError;
 use split::{Split, Winding};
 
-/// Relative tolerance (1 σ) of a number that is not known: a factor of e, which two of them let move by 7.4 either way. Start
-/// values from the linear fit lie within a factor of 2 wherever dry friction and dead zone take less than half of the input.
+/// Relative tolerance (1 σ) of a number that is not known: a factor of e, which two of them let move by 7.4 either
+/// way. Start values from the linear fit lie within a factor of 2 wherever dry friction and dead zone take less than
+/// half of the input. Chosen by judgement (decision 0290).
 pub const WIDE: f64 = 1.0;
 
-/// The same of resistance and motor constant where a measured current shows them. Kt and Ke are one number in SI units, but a fit moves them
-/// apart, and of Kt and J a log shows the ratio alone: with a wide prior both drift along it.
+/// The same of resistance and motor constant where a measured current shows them. Kt and Ke are one number in SI
+/// units, but a fit moves them apart, and of Kt and J a log shows the ratio alone: with a wide prior both drift along
+/// it. Chosen by judgement (decision 0290).
 pub const MEASURED: f64 = 0.1;
 
 /// The model of a draft, with what is unknown in it filled from a log. A model that lacks nothing stays as it is.
@@ -50,7 +52,8 @@ pub fn line_of(log: &Log) -> Option<Line> {
     }
 }
 
-/// Rows closer than this, s, are no settled speeds of a motor: the time constant that stands in for one that does not show is a sixth of it.
+/// Rows closer than this, s, are no settled speeds of a motor: the time constant that stands in for one that does not
+/// show is a sixth of it. Chosen by judgement; not studied.
 const APART_S: f64 = 0.65;
 
 /// The line of a record; without a time constant and a limit where each row shows a settled speed rather than a response.

@@ -8,15 +8,18 @@ use crate::text::input_error::InputError;
 use nalgebra::{Matrix2, Vector2};
 use servo::axis::Bridge;
 
-/// Time constant that stands in for one that a table of settled speeds does not show, s.
+/// Time constant that stands in for one that a table of settled speeds does not show, s. Chosen by judgement; not
+/// studied.
 const TIME_CONSTANT_S: f64 = 0.1;
 /// Time constant of a winding as a part of the mechanical one. Small motors have 0.3 to 3 ms beside 5 to 50 ms.
+/// Chosen by judgement; not studied.
 const WINDING: f64 = 0.03;
-/// Viscous friction as a part of the damping by the back-EMF: bearings and grease of small motors lose a few per cent of it.
+/// Viscous friction as a part of the damping by the back-EMF: bearings and grease of small motors lose a few per cent
+/// of it. Chosen by judgement; not studied.
 const VISCOUS: f64 = 0.05;
 /// Torque or force per unit of input, a key of `inertia`.
 const GAIN: &str = effects::DRIVE_GAIN.name;
-/// Rows that show resistance and back-EMF.
+/// Rows that show resistance and back-EMF. Chosen by judgement; not studied.
 const ROWS: usize = 20;
 
 /// Start values for what is not known.

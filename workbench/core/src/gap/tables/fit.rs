@@ -19,9 +19,9 @@ pub type Set<'a> = Scored<'a, Rows>;
 /// A descent ends at a relative decrease of 1e-5: ten times finer than over a record, since some dozen rows cost little. Its
 /// figures are reported as they come out, without a final fit on a finer grid, so that no gain is negligible.
 const SCHEDULE: Schedule = Schedule { iterations: 20, slow: 1e-5, negligible: 0.0 };
-/// Repetitions at most that look for σ.
+/// Repetitions at most that look for σ. A budget of computing time, chosen by judgement.
 const REPETITIONS: usize = 3;
-/// Numbers that move less than this part of their scales have settled.
+/// Numbers that move less than this part of their scales have settled. Chosen by judgement; not studied.
 const SETTLED: f64 = 1e-6;
 
 /// The residuals of a hypothesis for a given noise.

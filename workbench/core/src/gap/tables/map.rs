@@ -13,9 +13,9 @@ use crate::system::model::Model;
 use crate::system::plant::laws::Motion;
 use crate::system::plant::physics::Physics;
 
-/// Newton steps at most; two suffice without breakaway and drag.
+/// Newton steps at most; two suffice without breakaway and drag. Chosen by judgement, as a bound.
 const ITERATIONS: usize = 80;
-/// Change of the speed, relative, at which the equilibrium is found.
+/// Change of the speed, relative, at which the equilibrium is found. Chosen by judgement; not studied.
 const SETTLED: f64 = 1e-8;
 
 /// The plant of a model as a steady state sees it.

@@ -12,9 +12,11 @@ use crate::outcome::*;
 use crate::system::effects::{Effect, Parameter, Shape};
 use std::collections::BTreeMap;
 
-/// A deviation beyond this share of the parameter's range says that the rows do not feel it.
+/// A deviation beyond this share of the parameter's range says that the rows do not feel it. Chosen by judgement; not
+/// studied.
 const UNFELT: f64 = 0.2;
-/// A base parameter that moved by more than this share of its tolerance is reported.
+/// A base parameter that moved by more than this share of its tolerance is reported. For display, chosen by
+/// judgement.
 const MOVED: f64 = 0.05;
 
 impl Case<'_> {

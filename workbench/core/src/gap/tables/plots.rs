@@ -6,7 +6,7 @@ use super::speed_unit::SpeedUnit;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::plant::physics::Physics;
 
-/// Samples of a drawn map.
+/// Samples of a drawn map. For display, chosen by judgement.
 const SAMPLES: usize = 400;
 
 /// Everything that the plots show.

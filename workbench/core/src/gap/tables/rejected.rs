@@ -7,9 +7,9 @@ use crate::gap::hypothesis::Data;
 use crate::outcome::*;
 use crate::system::effects::DEAD_ZONE;
 
-/// Explanations that were tried on top and brought nothing, listed.
+/// Explanations that were tried on top and brought nothing, listed. For display, chosen by judgement.
 const IDLE: usize = 4;
-/// A parameter this near to its bound, as a share of the range, sits on it.
+/// A parameter this near to its bound, as a share of the range, sits on it. Chosen by judgement; not studied.
 const VANISHED: f64 = 1e-3;
 
 impl Case<'_> {

@@ -3,7 +3,7 @@
 
 use super::map;
 use crate::gap::dataset::Scales;
-use crate::gap::hypothesis::{Data, Item, Slot};
+use crate::gap::hypothesis::{Data, Item, NUISANCE_BOUND, Slot};
 use crate::gap::order::by_least;
 use crate::gap::residual::largest;
 use crate::system::effects::{Effect, Family, Parameter, Signal, Starts};
@@ -11,20 +11,20 @@ use crate::system::log::Table;
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::Physics;
 
-/// From this many rows on, every second one is held out; below, every third.
+/// From this many rows on, every second one is held out; below, every third. Chosen by judgement; not studied.
 const HALVED_FROM: usize = 16;
-/// Share of the largest reading below which errors carry no information, whatever the file's digits say.
+/// Share of the largest reading below which errors carry no information, whatever the file's digits say. Chosen by
+/// judgement; not studied.
 const FINEST: f64 = 1e-5;
-/// A base parameter moves by at most this many tolerances.
-const REACH: f64 = 2.0;
-/// Tolerance of a model that was itself fitted to the log: its values absorb what is missing. The natural logarithm of the
-/// ratio has this standard deviation. Over a record it is half of that.
+/// Tolerance of a model that was itself fitted to the log: its values absorb what is missing. The natural logarithm
+/// of the ratio has this standard deviation. Over a record it is half of that. Chosen by judgement; not studied.
 const FITTED_TOLERANCE: f64 = 1.0;
 /// Step of the numeric derivatives. A steady state is exact, so that it may be far smaller than for a simulation.
+/// Chosen by judgement; not studied.
 const STEP: f64 = 1e-5;
-/// Softness from which fits of a limit start that has one.
+/// Softness from which fits of a limit start that has one. Chosen by judgement; not studied.
 const SOFT: [f64; 2] = [0.15, 0.5];
-/// Quantiles of a signal at which the fits of a threshold start.
+/// Quantiles of a signal at which the fits of a threshold start. Chosen by judgement; not studied.
 const QUANTILES: [f64; 5] = [0.97, 0.85, 0.7, 0.5, 0.3];
 
 /// Rows in the order of measurement, and which of them count.
@@ -198,7 +198,7 @@ impl Data for Rows {
     }
 
     fn reach(&self, _: &Model) -> f64 {
-        REACH
+        NUISANCE_BOUND
     }
 
     fn step(&self, _: &Slot, _: Option<&Parameter>) -> f64 {

@@ -15,13 +15,16 @@ use crate::gap::order::by_least;
 use crate::gap::threads::*;
 use crate::system::effects::{Effect, Family, Forms, LIBRARY};
 
-/// Sets kept at each depth: many, because a table of some dozen rows is fitted at once.
+/// Sets kept at each depth: many, because a table of some dozen rows is fitted at once. Chosen by judgement; not
+/// studied.
 const BEAM: usize = 10;
-/// A gain in score from which a round was no idle one.
+/// A gain in score from which a round was no idle one. Chosen by judgement; not studied.
 const CLEAR: f64 = 2.0;
-/// Widths of a dead zone that are tried beside breakaway friction, as parts of the fitted one.
+/// Widths of a dead zone that are tried beside breakaway friction, as parts of the fitted one. Chosen by judgement;
+/// not studied.
 const NARROWED: [f64; 6] = [0.95, 0.9, 0.85, 0.8, 0.7, 0.6];
-/// Speed above which breakaway friction is gone, at the start of a fit: this part of the largest.
+/// Speed above which breakaway friction is gone, at the start of a fit: this part of the largest. Chosen by
+/// judgement; not studied.
 const SLOW: f64 = 0.02;
 
 impl<'a> Search<'a> {

@@ -5,9 +5,10 @@ use crate::outcome::Segment;
 use crate::system::plant::Motor;
 use crate::system::plant::physics::Physics;
 
-/// Samples per mechanical time constant in the trial runs.
+/// Samples per mechanical time constant in the trial runs. Chosen by judgement; not studied.
 const SAMPLES_PER_TAU: f64 = 40.0;
-/// A protocol that cannot show the rivals 3 noise standard deviations apart anywhere separates nothing.
+/// A protocol that cannot show the rivals 3 noise standard deviations apart anywhere separates nothing. Chosen by
+/// judgement; not studied.
 const SEEN: f64 = 3.0;
 
 /// A protocol of the catalogue.

@@ -9,7 +9,7 @@ use crate::gap::order::by_least;
 use crate::system::effects::Effect;
 use crate::system::model::Model;
 
-/// Starts that are worth a descent.
+/// Starts that are worth a descent. A budget of computing time, chosen by judgement.
 const DESCENTS: usize = 4;
 
 /// The search for one table.

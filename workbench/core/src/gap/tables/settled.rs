@@ -6,9 +6,11 @@ use crate::system::log::{Dynamic, Input, Run, Table};
 use crate::system::model::Model;
 use servo::axis::Bridge;
 
-/// Rows further apart than this many time constants of the model are steady states.
+/// Rows further apart than this many time constants of the model are steady states. Chosen by judgement: e⁻⁶ is 0.25
+/// %.
 const SETTLED: f64 = 6.0;
 /// Each row answers its own input, against the format of a log, only if the speeds then scatter by this factor less.
+/// Chosen by judgement; not studied.
 const CLEARLY: f64 = 0.7;
 
 /// Which input the speed of a row answers.

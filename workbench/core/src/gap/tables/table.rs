@@ -2,7 +2,8 @@
 
 use crate::system::log::Table;
 
-/// Different voltages that a table needs before a name can be trusted: three for a line and its noise, three for a bend.
+/// Different voltages that a table needs before a name can be trusted. Origin: three for a line and its noise, three
+/// for a bend.
 pub const FEWEST_VOLTAGES: usize = 6;
 
 /// Why nothing can be tested, if so.

@@ -15,15 +15,18 @@ use crate::outcome::*;
 use crate::system::log::Table;
 use crate::system::plant::physics::Physics;
 
-/// Structure is called unexplained above this share of the first squared gap, if [`ALIKE`] and [`ABOVE_NOISE`] hold, too.
+/// Structure is called unexplained above this share of the first squared gap, if [`ALIKE`] and [`ABOVE_NOISE`] hold,
+/// too. Chosen by judgement; not studied.
 const SHARE_LEFT: f64 = 0.05;
-/// Neighbouring residuals are alike if their correlation is this many standard deviations from none.
+/// Neighbouring residuals are alike if their correlation is this many standard deviations from none. Chosen by
+/// judgement; not studied.
 const ALIKE: f64 = 4.0;
-/// What is left must be this many times the noise (mean squares).
+/// What is left must be this many times the noise (mean squares). Chosen by judgement; not studied.
 const ABOVE_NOISE: f64 = 1.0;
-/// Losing explanations that are listed for each effect.
+/// Losing explanations that are listed for each effect. For display, chosen by judgement.
 const REJECTED: usize = 3;
-/// Tables of more rows than this are compared with rivals on their chosen rows.
+/// Tables of more rows than this are compared with rivals on their chosen rows. A budget of computing time, chosen by
+/// judgement.
 const LONG: usize = 120;
 
 /// The result when nothing could be tested.

@@ -4,22 +4,23 @@ use super::{Dynamic, Run};
 use serde::Serialize;
 use std::borrow::Cow;
 
-/// A step beyond this many usual ones is a gap.
+/// A step beyond this many usual ones is a gap. Chosen by judgement; not studied.
 const GAP: f64 = 1.5;
-/// Lag from which on it is looked for, rows: below 1 the output is first.
+/// Lag from which on it is looked for, rows: below 1 the output is first. Chosen by judgement; not studied.
 const FIRST_LAG: i64 = -3;
-/// Share of the peak at which the answer begins: a first-order answer jumps to its peak and fades from there, and noise moves
-/// a flat peak, not its edge.
+/// Share of the peak at which the answer begins: a first-order answer jumps to its peak and fades from there, and
+/// noise moves a flat peak, not its edge. Chosen by judgement; not studied.
 const ONSET: f64 = 0.5;
-/// Rows between the values whose changes are compared.
+/// Rows between the values whose changes are compared. Chosen by judgement; not studied.
 const STRIDES: [usize; 3] = [1, 4, 16];
-/// A correlation that is no chance however few the rows are.
+/// A correlation that is no chance however few the rows are. Chosen by judgement; not studied.
 const PLAIN: f64 = 0.6;
-/// Correlation of an input's change with the next one beyond which the input is smooth.
+/// Correlation of an input's change with the next one beyond which the input is smooth. Chosen by judgement; not
+/// studied.
 const SMOOTH: f64 = 0.3;
-/// Rows over which an answer of the output is looked for.
+/// Rows over which an answer of the output is looked for. Chosen by judgement; not studied.
 const LONGEST_LAG: usize = 200;
-/// Standard deviations of chance that a correlation has to exceed.
+/// Standard deviations of chance that a correlation has to exceed. Chosen by judgement; not studied.
 const CHANCE: f64 = 6.0;
 
 /// The time of a record.

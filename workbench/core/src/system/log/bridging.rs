@@ -3,9 +3,10 @@
 
 use super::Run;
 
-/// Share of the rows that may have holes. More is no mishap of a logger but a column that is not there.
+/// Share of the rows that may have holes. More is no mishap of a logger but a column that is not there. Chosen by
+/// judgement (decision 0280); not studied.
 pub const MOST: f64 = 0.02;
-/// Rows in a row that are interpolated; a longer hole hides motion.
+/// Rows in a row that are interpolated; a longer hole hides motion. Chosen by judgement (decision 0280); not studied.
 const LONGEST: usize = 3;
 
 /// What was bridged.

@@ -7,7 +7,7 @@ use jiff::fmt::strtime::BrokenDownTime;
 const DATES: &str = "|%Y-%m-%d |%Y/%m/%d |%d.%m.%Y |%m/%d/%Y |%d/%m/%Y |%d-%b-%Y |%Y%m%d |%a %b %d ";
 /// How a time of day may be written; minutes and seconds alone are a spreadsheet's.
 const TIMES: [&str; 4] = ["%H:%M:%S%.f", "%I:%M:%S%.f %p", "%H:%M:%S:%f", "%M:%S%.f"];
-/// Nanoseconds of a day.
+/// Nanoseconds of a day. Origin: definition.
 const DAY_NS: i64 = 86_400_000_000_000;
 
 /// How the cells of a column are to be read.

@@ -3,9 +3,10 @@
 use super::cells::Cells;
 use super::steps::median;
 
-/// Rows that are closer than this, s, are in another unit than their column says: no log of a motor has 500,000 a second.
+/// Rows that are closer than this, s, are in another unit than their column says: no log of a motor has 500,000 a
+/// second. Chosen by judgement; not studied.
 const CLOSEST_S: f64 = 2e-6;
-/// Rows whose steps tell the usual one.
+/// Rows whose steps tell the usual one. Chosen by judgement; not studied.
 const SAMPLE: usize = 1000;
 
 /// What the numbers of a column tell.

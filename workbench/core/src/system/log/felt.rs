@@ -6,24 +6,26 @@ use super::steps::{Steps, VISIBLE, looked_at, quantile};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
-/// An answer, or a reading that is off, is seen if it is so many deviations of what a row leaves.
+/// An answer, or a reading that is off, is seen if it is so many deviations of what a row leaves. Chosen by
+/// judgement; not studied.
 const SEEN: f64 = 6.0;
-/// What is left of it once the cell is put right, as a share.
+/// What is left of it once the cell is put right, as a share. Chosen by judgement; not studied.
 const LEFT: f64 = 0.3;
-/// What is so many deviations away is no measure of them.
+/// What is so many deviations away is no measure of them. Chosen by judgement; not studied.
 const STRANGE: f64 = 4.0;
-/// Fewer rows tell no line.
+/// Fewer rows tell no line. Chosen by judgement; not studied.
 const FEWEST: usize = 40;
-/// Where the input changes a reading is off by this part of the column's range: what friction and dead zones make of a change is less.
+/// Where the input changes a reading is off by this part of the column's range: what friction and dead zones make of
+/// a change is less. Chosen by judgement; not studied.
 const ANSWERING: f64 = 0.4;
-/// A column's range is at least so many steps of its sensor: one step is no stray.
+/// A column's range is at least so many steps of its sensor: one step is no stray. Chosen by judgement; not studied.
 const STEPS: f64 = 12.0;
-/// An input that changes by less than this part of itself is held.
+/// An input that changes by less than this part of itself is held. Chosen by judgement; not studied.
 const STEADY: f64 = 0.05;
-/// Rows so many times as far apart as usual are not judged.
+/// Rows so many times as far apart as usual are not judged. Chosen by judgement; not studied.
 const APART: f64 = 1.5;
 
-/// What acts in a row: the input, the speed, friction, a dead zone, a load.
+/// What acts in a row: the input, the speed, friction, a dead zone, a load. Origin: their count.
 const FORCES: usize = 5;
 
 /// A line over what acts in a row.

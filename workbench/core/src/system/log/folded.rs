@@ -3,19 +3,21 @@
 use super::extent::Extent;
 use super::spelling::short;
 
-/// What whole numbers fold at: degrees, counts of usual encoders, and the widths of counters, bits.
+/// What whole numbers fold at: degrees, and counts of usual encoders. Chosen by judgement, from what is sold.
 const COUNTS: [u32; 22] = [
     360, 400, 500, 600, 800, 1000, 1200, 1440, 1600, 2000, 2400, 2500, 3600, 4000, 5000, 8000, 10_000,
     20_000, 36_000, 40_000, 65_536, 100_000,
 ];
+/// The same for counters and absolute encoders: their widths, bits. Chosen by judgement, from what is sold.
 const BITS: [u32; 9] = [9, 10, 11, 12, 13, 14, 15, 24, 32];
-/// Share of the full turn that the values of a folded column fill at least.
+/// Share of the full turn that the values of a folded column fill at least. Chosen by judgement; not studied.
 const FILLED: f64 = 0.8;
-/// A step over a seam, relative to the steps beside it, at most.
+/// A step over a seam, relative to the steps beside it, at most. Chosen by judgement; not studied.
 const LIKE: f64 = 2.0;
-/// The largest step of a column whose sign is understood, relative to that of the raw one.
+/// The largest step of a column whose sign is understood, relative to that of the raw one. Chosen by judgement; not
+/// studied.
 const SMOOTH: f64 = 0.1;
-/// The bit of the sign: of 16 bits, as bus servos send it, and of 32.
+/// The bit of the sign: of 16 bits, as bus servos send it, and of 32. Origin: definition.
 const SIGNS: [f64; 2] = [32_768.0, 2_147_483_648.0];
 
 /// Where a column folds. `None`: it does not. `turn`: one turn in its unit, where that is known.

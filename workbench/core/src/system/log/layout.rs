@@ -13,11 +13,12 @@ use super::words::unit;
 use crate::text::input_error::InputError;
 use std::borrow::Cow;
 
-/// Lines from which the layout is recognised: the longest preambles of oscilloscopes have 60.
+/// Lines from which the layout is recognised. Origin: the longest preambles of oscilloscopes have 60; the rest is
+/// reserve.
 const SAMPLE: usize = 400;
-/// Share of the lines that must be alike for a form that not every line has.
+/// Share of the lines that must be alike for a form that not every line has. Chosen by judgement; not studied.
 const MOST: f64 = 0.6;
-/// Share of the lines from which on a name before a value is that of a column.
+/// Share of the lines from which on a name before a value is that of a column. Chosen by judgement; not studied.
 const SOME: f64 = 0.1;
 /// What the clock of a serial monitor is called.
 const CLOCK: &str = "clock";

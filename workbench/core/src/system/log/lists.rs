@@ -2,7 +2,7 @@
 
 use super::text::{is_value, split};
 
-/// A list of more numbers is a picture or a map.
+/// A list of more numbers is a picture or a map. Chosen by judgement; not studied.
 const MOST: usize = 64;
 
 /// How many numbers the cells of each column hold; 0: they hold no list.

@@ -36,7 +36,7 @@ pub fn of_time(unit_s: f64) -> Meaning {
     Meaning { topic: Topic::Time, unit, sure: Sure::Stated, quantity, strange_unit: false }
 }
 
-/// Seconds since 1970 in the years 2001 to 2099.
+/// Seconds since 1970 in the years 2001 to 2099. Origin: definition.
 const SINCE_1970_S: std::ops::Range<f64> = 9.7e8..4.1e9;
 
 impl Meaning {

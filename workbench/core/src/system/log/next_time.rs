@@ -5,15 +5,17 @@ use super::column_plan::{Plan, Proposal};
 use super::spelling::short;
 use super::{Dynamic, Quantity, Run};
 
-/// Rows of an answer that a comparison needs.
+/// Rows of an answer that a comparison needs. Chosen by judgement; not studied.
 const FEW_ROWS: usize = 5;
-/// Half the central 90 % of the steps, relative to the usual step, beyond which the time stamps are uneven.
+/// Half the central 90 % of the steps, relative to the usual step, beyond which the time stamps are uneven. Chosen by
+/// judgement; not studied.
 const UNEVEN: f64 = 0.1;
-/// An output in fewer steps than this over its range is coarse.
+/// An output in fewer steps than this over its range is coarse. Chosen by judgement; not studied.
 const COARSE: f64 = 200.0;
-/// Fewer levels of the input than this show no curve.
+/// Fewer levels of the input than this show no curve. Chosen by judgement; not studied.
 const FEW_LEVELS: usize = 4;
-/// The weaker direction, relative to the stronger one, below which there is one direction alone.
+/// The weaker direction, relative to the stronger one, below which there is one direction alone. Chosen by judgement;
+/// not studied.
 const ONE_SIDED: f64 = 0.05;
 
 /// What would make the next record better.

@@ -10,25 +10,28 @@ use super::names::{Quantity, name_of, quantity_of};
 use super::spelling::short;
 use super::words::{Measure, Topic};
 
-/// Full scales of a PWM: per cent, 8 bits, drivers that count to 400, thousandths, 10 to 16 bits.
+/// Full scales of a PWM: per cent, 8 bits, drivers that count to 400, thousandths, 10 to 16 bits. Chosen by
+/// judgement, from what drivers and timers count to.
 const FULL_SCALES: [f64; 10] = [1.0, 100.0, 255.0, 400.0, 1000.0, 1023.0, 4095.0, 8191.0, 32767.0, 65535.0];
-/// A supply that is proposed when none is known, V.
+/// A supply that is proposed when none is known, V. Chosen by judgement; not studied.
 const USUAL_SUPPLY_V: f64 = 12.0;
-/// A counter that wraps at this or later is no turn of an encoder.
+/// A counter that wraps at this or later is no turn of an encoder. Chosen by judgement; not studied.
 const MOST_COUNTS: f64 = 65_536.0;
-/// Counts per turn that are proposed when none are known.
+/// Counts per turn that are proposed when none are known. Chosen by judgement; not studied.
 const USUAL_COUNTS: f64 = 4096.0;
-/// Above this a voltage without a unit is in millivolts: no servo of this project has so many volts.
+/// Above this a voltage without a unit is in millivolts: no servo of this project has so many volts. Chosen by
+/// judgement; not studied.
 const MOST_VOLTS: f64 = 200.0;
-/// Speeds beyond this are more likely rpm than rad/s: 2,900 rpm.
+/// Speeds beyond this are more likely rpm than rad/s: 2,900 rpm. Chosen by judgement; not studied.
 const RATHER_RPM: f64 = 300.0;
-/// Whole numbers that advance by so many a row count microseconds: 2 kHz in µs, or 2 Hz in ms.
+/// Whole numbers that advance by so many a row count microseconds. Origin: 2 kHz in µs, or 2 Hz in ms.
 const MICROSECONDS: f64 = 500.0;
-/// Whole numbers that advance by so many a row count nanoseconds: 2 kHz in ns, or 2 Hz in µs.
+/// Whole numbers that advance by so many a row count nanoseconds. Origin: 2 kHz in ns, or 2 Hz in µs.
 const NANOSECONDS: f64 = 500e3;
-/// Pole pairs that are proposed when none are known.
+/// Pole pairs that are proposed when none are known. Chosen by judgement; not studied.
 const USUAL_POLE_PAIRS: f64 = 7.0;
-/// Pulse widths of a radio-control servo, µs: the middle, and the way to either end.
+/// Pulse widths of a radio-control servo, µs: the middle, and the way to either end. Origin: the convention of such
+/// servos, 1 to 2 ms.
 const PULSE_US: [f64; 2] = [1500.0, 500.0];
 
 /// The least full scale of a PWM that such numbers fit into.

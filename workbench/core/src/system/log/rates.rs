@@ -3,7 +3,8 @@
 use super::Run;
 use super::bridging::{fill, measured};
 
-/// Share of the rows with an empty cell from which on the signals have their own rates.
+/// Share of the rows with an empty cell from which on the signals have their own rates. Chosen by judgement; not
+/// studied.
 const OWN: f64 = 0.3;
 
 /// Rows of one time that hold different signals become one, the later one. The rows that are empty then.

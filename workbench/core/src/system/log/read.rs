@@ -13,7 +13,7 @@ use crate::text::input_error::InputError;
 use servo::axis::Bridge;
 use std::fmt::Display;
 
-/// Fewer rows than this in a run say nothing about dynamics.
+/// Fewer rows than this in a run say nothing about dynamics. Chosen by judgement; not studied.
 pub(super) const FEWEST_ROWS: usize = 20;
 
 /// Cells with their meaning. What becomes a part of the log is taken out of them.
@@ -370,7 +370,8 @@ impl<'a> Sheet<'a> {
     }
 }
 
-/// A time since 1970 or since the start of a computer, s, counts from the first row.
+/// A time since 1970 or since the start of a computer, s, counts from the first row. Chosen by judgement; not
+/// studied.
 const LONG_AGO_S: f64 = 1e7;
 
 fn from_its_beginning(time: &mut [f64]) {

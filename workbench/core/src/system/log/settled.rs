@@ -5,11 +5,13 @@ use super::read::Sheet;
 use super::{Input, Table};
 use crate::text::input_error::InputError;
 
-/// Fewer points than this make no steady-state curve.
+/// Fewer points than this make no steady-state curve. Chosen by judgement; not studied.
 const FEWEST_POINTS: usize = 4;
-/// Blocks of one input in which the speed goes somewhere, by which rows without a time are a record.
+/// Blocks of one input in which the speed goes somewhere, by which rows without a time are a record. Chosen by
+/// judgement; not studied.
 const BLOCKS: usize = 3;
-/// Rows of such a block at least, and how far the speed goes in it, relative to all speeds.
+/// Rows of such a block at least, and how far the speed goes in it, relative to all speeds. Chosen by judgement; not
+/// studied.
 const BLOCK: (usize, f64) = (5, 0.2);
 
 impl Sheet<'_> {

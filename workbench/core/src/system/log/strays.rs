@@ -11,29 +11,30 @@ use super::felt::{Felt, stands_out};
 use super::steps::Steps;
 use std::ops::Range;
 
-/// A longer excursion is motion.
+/// A longer excursion is motion. Chosen by judgement; not studied.
 const LONGEST: usize = 8;
-/// Rows before the first and behind the last that may be bad together.
+/// Rows before the first and behind the last that may be bad together. Chosen by judgement; not studied.
 const EDGE: usize = 5;
-/// An input that steps by this part of its range is answered.
+/// An input that steps by this part of its range is answered. Chosen by judgement; not studied.
 const CHANGE: f64 = 0.25;
-/// It comes back to where it began within this part of its height.
+/// It comes back to where it began within this part of its height. Chosen by judgement; not studied.
 const BACK: f64 = 0.35;
-/// At the edge of a record it comes from nowhere: there it is so many times the longest step inside. The first step from rest is longer than
-/// those that follow by e^(row/time constant).
+/// At the edge of a record it comes from nowhere: there it is so many times the longest step inside. The first step
+/// from rest is longer than those that follow by e^(row/time constant). Chosen by judgement; not studied.
 const EDGE_STEPS: f64 = 3.0;
-/// A gap between values that is so many times all that lies on one side of it.
+/// A gap between values that is so many times all that lies on one side of it. Chosen by judgement; not studied.
 const GAP: f64 = 2.0;
-/// More pulses of the input than this, and than this share of the rows, were meant.
+/// More pulses of the input than this, and than this share of the rows, were meant. Chosen by judgement; not studied.
 const MEANT: (usize, f64) = (12, 2e-3);
-/// An input is beyond the supply, or beyond all others, from this factor on.
+/// An input is beyond the supply, or beyond all others, from this factor on. Chosen by judgement; not studied.
 const BEYOND: (f64, f64) = (1.1, 1.5);
-/// A supply may leave its value by this part of it for some rows, and may be read right.
+/// A supply may leave its value by this part of it for some rows, and may be read right. Chosen by judgement; not
+/// studied.
 const SAG: f64 = 0.15;
-/// Records with fewer rows tell no ordinary step.
+/// Records with fewer rows tell no ordinary step. Chosen by judgement; not studied.
 const FEWEST: usize = 60;
 
-/// Lines that are told one by one.
+/// Lines that are told one by one. Chosen by judgement; not studied.
 const TOLD: usize = 12;
 
 /// Stretches of rows.

@@ -104,7 +104,7 @@ impl Lines<'_> {
     }
 }
 
-/// Lines over which a cell in quotes may go.
+/// Lines over which a cell in quotes may go. Chosen by judgement; not studied.
 const LONGEST: usize = 8;
 
 /// The lines of a text; one that ends inside of quotes goes on in the next.

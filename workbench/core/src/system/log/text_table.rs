@@ -38,7 +38,7 @@ impl Source for TextTable {
     }
 }
 
-/// A table has so many rows, or more of them than lines without a number.
+/// A table has so many rows, or more of them than lines without a number. Chosen by judgement; not studied.
 const LEAST: usize = 3;
 
 /// Rows as they are taken.

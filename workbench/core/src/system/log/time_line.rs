@@ -10,11 +10,13 @@ const WRAPS: [(f64, &str); 4] =
     [(65_536.0, "2^16"), (16_777_216.0, "2^24"), (2_147_483_648.0, "2^31"), (4_294_967_296.0, "2^32")];
 /// The same for clocks, s.
 const CLOCKS: [(f64, &str); 2] = [(3600.0, "a full hour"), (86_400.0, "midnight")];
-/// The step over a wrap, relative to the usual one, at most: a few rows may be lost there.
+/// The step over a wrap, relative to the usual one, at most: a few rows may be lost there. Chosen by judgement; not
+/// studied.
 const NEAR: f64 = 20.0;
-/// A share of rows that repeat the time of the row before, beyond which the clock is coarser than the rows.
+/// A share of rows that repeat the time of the row before, beyond which the clock is coarser than the rows. Chosen by
+/// judgement; not studied.
 const COARSE: f64 = 0.2;
-/// More parts than this in a hundred rows are no restarts of a logger.
+/// More parts than this in a hundred rows are no restarts of a logger. Chosen by judgement; not studied.
 const PARTS: f64 = 0.05;
 
 /// What became of a time column.

@@ -9,7 +9,7 @@ const SIGNALS: [&str; 10] =
     ["topic", "signal", "name", "channel", "field", "_field", "key", "variable", "entry", "series"];
 /// How the column of the values is called; else it is the last one.
 const VALUES: [&str; 4] = ["value", "_value", "data", "val"];
-/// More signals than this are none.
+/// More signals than this are none. Chosen by judgement; not studied.
 const MOST: usize = 64;
 
 /// Where time, signal and value stand in a line.

@@ -13,6 +13,7 @@ pub(super) struct File<'a> {
 }
 
 /// A file with more errors of grammar is none of TOML; nor is one of which more than half of the lines are wrong.
+/// Chosen by judgement; not studied.
 const MANY: usize = 20;
 
 /// One complaint and its place among the others.

@@ -20,7 +20,7 @@ pub const VALUES: &str = "values";
 /// Key of the standard deviations of those.
 pub const VALUES_STD: &str = "values_std";
 
-/// Letters of a part of a known value that is more than a word of a description.
+/// Letters of a part of a known value that is more than a word of a description. Chosen by judgement; not studied.
 const PART: usize = 8;
 
 /// Keys of a section whose values are texts, besides those of the table.

@@ -19,7 +19,7 @@ use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::Term;
 use std::collections::BTreeMap;
 
-/// Relative tolerance (1 σ) of a parameter for which the file declares none.
+/// Relative tolerance (1 σ) of a parameter for which the file declares none. Chosen by judgement; not studied.
 pub const DEFAULT_TOLERANCE: f64 = 0.05;
 
 /// Key of the torque constant of a motor.
@@ -30,7 +30,8 @@ pub const KE: &str = "Ke_vs_per_rad";
 pub const DRIVE_GAIN: &str = "drive_gain";
 /// Key of the viscous friction of a first-order model.
 pub const VISCOUS_V: &str = "viscous_vs_per_rad";
-/// The back-EMF makes at least this part of the damping of a first-order model: beyond it nothing would drive the motor.
+/// The back-EMF makes at least this part of the damping of a first-order model: beyond it nothing would drive the
+/// motor. Chosen by judgement; not studied.
 const LEAST_EMF: f64 = 0.05;
 /// Kind of an axis that is driven directly.
 pub const DRIVEN_DIRECTLY: &str = "inertia";

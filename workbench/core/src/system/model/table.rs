@@ -200,5 +200,6 @@ pub fn sections() -> Vec<&'static str> {
     once.into_iter().collect()
 }
 
-/// A larger tolerance is probably meant in per cent: 1.0 is a number that is not known.
+/// A larger tolerance is probably meant in per cent: 1.0 is a number that is not known. Chosen by judgement; not
+/// studied.
 pub const WIDEST_TOLERANCE: f64 = 1.5;

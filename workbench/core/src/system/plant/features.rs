@@ -5,13 +5,15 @@ use super::laws::{Acts, Law};
 use super::physics::{Drive, Physics};
 use super::step_size::{Coupling, StepSize};
 
-/// Step lengths to an octave. Sets whose time constants differ by a few per cent mostly take the same steps;
-/// rounding down to one costs at most 9 % of the steps.
+/// Step lengths to an octave. Sets whose time constants differ by a few per cent mostly take the same steps; rounding
+/// down to one costs at most 9 % of the steps. Chosen by judgement.
 const STEPS_PER_OCTAVE: f64 = 8.0;
 /// Rates of springs and teeth to an octave. An evolution draws rates that differ by a quarter, and only what is
 /// rounded to one rate advances together; that costs at most 41 % of the pieces of a step, a fifth on average.
+/// Origin: on the rig `durham_elevator` 8 % fewer steps and a third fewer passes than with eight.
 const RATES_PER_OCTAVE: f64 = 2.0;
 /// Two bodies are joined by a trapezoid that is not exact: their step is at most this part of the time constant.
+/// Chosen by judgement; not studied.
 const LONGEST_OF_TWO: f64 = 1.0 / 45.0;
 
 /// Which kinds of effects are there: the others cost nothing.

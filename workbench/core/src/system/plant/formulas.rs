@@ -3,7 +3,8 @@
 use super::simd::Lanes;
 use std::f64::consts::PI;
 
-/// A contact that is over within such a part of a step is inelastic for every log.
+/// A contact that is over within such a part of a step is inelastic for every log. Origin: four pieces kept all names
+/// of 22 rigs and saved no work.
 const MOST_CONTACT_PIECES: f64 = 12.0;
 
 /// Speeds of motor and load at the end of a step, and the weight of the motor's speed there in its mean.

@@ -29,6 +29,7 @@ use std::collections::VecDeque;
 use std::f64::consts::TAU;
 
 /// The longest inner step as a part of the mechanical time constant. The trapezoid's error falls with its square.
+/// Chosen by judgement; not studied.
 const LONGEST_STEP: f64 = 1.0 / 100.0;
 
 /// A motor that is driven step by step.

@@ -16,16 +16,16 @@ use std::f64::consts::{FRAC_1_PI, PI};
 use std::fmt::Debug;
 use std::ops::{Add, BitAnd, BitOr, Div, Mul, Neg, Not, Sub};
 
-/// Added and taken away again, it rounds a number below 2⁵¹ to the nearest integer.
+/// Added and taken away again, it rounds a number below 2⁵¹ to the nearest integer. Origin: 1.5 · 2⁵².
 const ROUNDING: f64 = 6_755_399_441_055_744.0;
 /// The upper half of π's digits: its product with a number of half turns below 2²⁶ is exact.
 const PI_HIGH: f64 = f64::from_bits(PI.to_bits() & !((1 << 26) - 1));
 /// The lower half of its digits.
 const PI_MIDDLE: f64 = PI - PI_HIGH;
-/// What π has beyond a number of 64 bits.
+/// What π has beyond a number of 64 bits. Origin: definition.
 const PI_LOW: f64 = 1.224_646_799_147_353_2e-16;
 
-/// sin(x)/x as a series of x², to x¹⁸.
+/// sin(x)/x as a series of x², to x¹⁸. Origin: Taylor.
 const SINE: [f64; 10] = alternating(2, 1.0);
 
 /// 1, −1/(2·3), 1/(2·3·4·5), … where `stride` is 2: each coefficient is the one before over the next `stride` integers behind
@@ -201,6 +201,7 @@ impl Mask for bool {
 
 impl Lanes for f64 {
     type Mask = bool;
+    /// One set. Origin: definition.
     const COUNT: usize = 1;
 
     #[inline(always)]
