@@ -97,6 +97,13 @@ impl Placed<'_> {
         }
     }
 
+    /// That law up to the widest value of the variable.
+    fn drawn(&self, plant: &Physics, widest: f64, size: f64) -> Curve {
+        let low = if self.effect.domain == Domain::Turn { 0.0 } else { -widest };
+        let x: Vec<f64> = (0..=DRAWN).map(|k| low + (widest - low) * k as f64 / DRAWN as f64).collect();
+        Curve { y: x.iter().map(|x| self.law(plant, *x) / size).collect(), x }
+    }
+
     /// The same in the units of the picture, for a missing torque.
     fn of_torque(&self, torque: f64) -> f64 {
         match self.effect.domain {
@@ -137,11 +144,7 @@ pub fn plot(kept: &Scored, index: usize, with: &[Sample], without: (&Physics, &[
     if data.x.len() < BINS {
         return None;
     }
-    let curve = |plant: &Physics| {
-        let low = if domain == Domain::Turn { 0.0 } else { -widest };
-        let x: Vec<f64> = (0..=DRAWN).map(|k| low + (widest - low) * k as f64 / DRAWN as f64).collect();
-        Curve { y: x.iter().map(|x| it.law(plant, *x) / size).collect(), x }
-    };
+    let curve = |plant: &Physics| it.drawn(plant, widest, size);
     Some(Plot {
         title: format!("The curve of {name}"),
         caption: format!(

@@ -77,13 +77,9 @@ pub(super) fn extended(
         steps.push(Step { label: format!("+ {}", term.name), gap: term.gap_after });
         term
     });
-    let shifts = shifts(kept, &uncertainty);
-    let later = match unnamed.is_some() || !kept.hypothesis.items.is_empty() {
-        true => Some("extended model"),
-        false => (after.gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
-    };
     let position = position(given, kept);
     Outcome {
+        unexplained: unexplained(&judged, described, unnamed),
         grade: judged.grade,
         small: [small(found), judged.tiny].concat(),
         effects: named(kept, &uncertainty, &steps, &judged.ties, sides),
@@ -91,19 +87,11 @@ pub(super) fn extended(
         notes: notes(given, found, position.as_ref()),
         position,
         final_records: last.map(|last| predicted(last, given.set.hypothesis.model, kept)),
-        within_tolerance: shifts,
-        unexplained: Unexplained {
-            share_of_gap: judged.share,
-            structure: judged.structure.to_string(),
-            depends_on: described.map_or(Vec::new(), Described::keys),
-            predicts_share: described.map(|described| described.share),
-            noise_like: judged.noise_like,
-            unnamed,
-        },
+        within_tolerance: shifts(kept, &uncertainty),
         next_experiment: judged.next.map(|next| experiment::with_needs(next, kept)),
         searched: dataset.searched,
         rivals,
-        plots: all_plots(given, kept, &seen_after, later, described),
+        plots: all_plots(given, kept, &seen_after, after.gap, described),
         ties: judged.ties,
         steps,
         ..Outcome::new(
@@ -114,14 +102,31 @@ pub(super) fn extended(
     }
 }
 
-/// The curves of the effects, data with both models, and what is left over what it depends on.
+/// What no name explains.
+fn unexplained(judged: &Judged, described: Option<&Described>, unnamed: Option<UnnamedTerm>) -> Unexplained {
+    Unexplained {
+        share_of_gap: judged.share,
+        structure: judged.structure.to_string(),
+        depends_on: described.map_or(Vec::new(), Described::keys),
+        predicts_share: described.map(|described| described.share),
+        noise_like: judged.noise_like,
+        unnamed,
+    }
+}
+
+/// The curves of the effects, data with both models, and what is left over what it depends on. `gap`: that of the kept set.
 fn all_plots(
     given: &Given,
     kept: &Scored,
     with: &[Sample],
-    later: Option<&str>,
+    gap: f64,
     described: Option<&Described>,
 ) -> Vec<Plot> {
+    let described_by_term = described.is_some_and(|described| described.fitted.is_some());
+    let later = match described_by_term || !kept.hypothesis.items.is_empty() {
+        true => Some("extended model"),
+        false => (gap < MOVED * given.held_out.gap).then_some("with its numbers moved"),
+    };
     let data = plots::all(&given.set.hypothesis, &given.seen.0, with, later);
     let curves = curves(given, kept, with).into_iter();
     curves.chain(data).chain(described.map(|described| described.plot.clone())).collect()

@@ -52,14 +52,19 @@ pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) ->
         caption: "Means of what the names leave over bins of the simulated motion, in the log and in the held-out data, and the table of the term without a name".into(),
         stage: Stage::Characterisation,
         x_label: format!("{}, {unit}", words::name(variable)),
-        y_label: match (term.acts, dataset.linear) {
-            (Acting::Torque, false) => "missing torque, N m".into(),
-            (Acting::Torque, true) => "missing force, N".into(),
-            (Acting::Input, _) => format!("missing input, {}", dataset.input.unit()),
-            (Acting::Reading, _) => "relative error of the reading".into(),
-        },
+        y_label: lacking(term, dataset.linear, dataset.input.unit()),
         series,
         ..Plot::default()
+    }
+}
+
+/// What is missing, with its unit.
+fn lacking(term: &Term, linear: bool, input: &str) -> String {
+    match (term.acts, linear) {
+        (Acting::Torque, false) => "missing torque, N m".into(),
+        (Acting::Torque, true) => "missing force, N".into(),
+        (Acting::Input, _) => format!("missing input, {input}"),
+        (Acting::Reading, _) => "relative error of the reading".into(),
     }
 }
 

@@ -65,16 +65,22 @@ struct Row {
     comment: bool,
 }
 
+/// Why a text is no table, by its first line.
+fn no_table(first: Option<&Line>) -> Option<&'static str> {
+    match first {
+        None => Some("is empty; expected a header line such as t_s,u_v,theta_rad"),
+        Some(line) if line.text.starts_with('<') => Some(
+            "is a page for a browser (HTML or XML), not a table; download the file itself, or export it as CSV",
+        ),
+        Some(_) => None,
+    }
+}
+
 impl Layout {
     /// Looks through the beginning of a text.
     pub fn of(file: &str, text: &Text, encoding: &'static str) -> Result<(Self, Head, Dialect), InputError> {
         let sample = sample(text).map_err(|error| InputError::file(file, error))?;
-        let Some(first) = sample.first() else {
-            let what = "is empty; expected a header line such as t_s,u_v,theta_rad";
-            return Err(InputError::file(file, what));
-        };
-        if first.text.starts_with('<') {
-            let what = "is a page for a browser (HTML or XML), not a table; download the file itself, or export it as CSV";
+        if let Some(what) = no_table(sample.first()) {
             return Err(InputError::file(file, what));
         }
         let lines: Vec<&Line> = sample.iter().filter(|line| !line.comment).collect();

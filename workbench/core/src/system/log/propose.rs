@@ -268,37 +268,43 @@ impl Desk<'_> {
     }
 
     fn output(&self, timed: bool, input: Option<usize>) -> Option<Proposal> {
+        self.speed(input).or_else(|| self.position(timed, input))
+    }
+
+    fn speed(&self, input: Option<usize>) -> Option<Proposal> {
         let speed = self.beside(Topic::Speed, input);
-        if let Some((index, meaning, extent)) = speed.first() {
-            return Some(match (meaning.quantity, meaning.unit) {
-                (Some((quantity, factor)), _) => {
-                    let ours = name_of(quantity, factor);
-                    let why = format!("{} is taken as the speed {ours}", self.seen(&speed));
-                    self.proposal(ours, *index, "", why)
-                }
-                (None, Some((Measure::Counts, _))) if self.name(*index).to_lowercase().contains("erpm") => {
-                    let why = format!(
-                        "{} is an electrical speed (put the pole pairs of the motor in place of {USUAL_POLE_PAIRS})",
-                        self.seen(&speed)
-                    );
-                    self.proposal("omega_rpm", *index, &format!("/{USUAL_POLE_PAIRS}"), why)
-                }
-                (None, Some((Measure::Counts, _))) => {
-                    self.counts("omega_rev_s", *index, &self.seen(&speed), " a second")
-                }
-                _ => {
-                    let rpm = extent.most() > RATHER_RPM;
-                    let (ours, other) =
-                        if rpm { ("omega_rpm", "omega_rad_s") } else { ("omega_rad_s", "omega_rpm") };
-                    let why = format!(
-                        "{} is a speed without a unit, guessed as {ours} (else write {other}={})",
-                        self.seen(&speed),
-                        spelled(self.name(*index))
-                    );
-                    self.proposal(ours, *index, "", why)
-                }
-            });
-        }
+        let (index, meaning, extent) = speed.first()?;
+        Some(match (meaning.quantity, meaning.unit) {
+            (Some((quantity, factor)), _) => {
+                let ours = name_of(quantity, factor);
+                let why = format!("{} is taken as the speed {ours}", self.seen(&speed));
+                self.proposal(ours, *index, "", why)
+            }
+            (None, Some((Measure::Counts, _))) if self.name(*index).to_lowercase().contains("erpm") => {
+                let why = format!(
+                    "{} is an electrical speed (put the pole pairs of the motor in place of {USUAL_POLE_PAIRS})",
+                    self.seen(&speed)
+                );
+                self.proposal("omega_rpm", *index, &format!("/{USUAL_POLE_PAIRS}"), why)
+            }
+            (None, Some((Measure::Counts, _))) => {
+                self.counts("omega_rev_s", *index, &self.seen(&speed), " a second")
+            }
+            _ => {
+                let rpm = extent.most() > RATHER_RPM;
+                let (ours, other) =
+                    if rpm { ("omega_rpm", "omega_rad_s") } else { ("omega_rad_s", "omega_rpm") };
+                let why = format!(
+                    "{} is a speed without a unit, guessed as {ours} (else write {other}={})",
+                    self.seen(&speed),
+                    spelled(self.name(*index))
+                );
+                self.proposal(ours, *index, "", why)
+            }
+        })
+    }
+
+    fn position(&self, timed: bool, input: Option<usize>) -> Option<Proposal> {
         let position = self.beside(Topic::Position, input);
         let (index, meaning, extent) = position.first().filter(|_| timed)?;
         if let Some((quantity, factor)) = meaning.quantity {

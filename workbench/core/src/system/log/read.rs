@@ -164,8 +164,9 @@ impl<'a> Sheet<'a> {
         self.plan.origin(quantity).map_or(1.0, Origin::factor)
     }
 
-    fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
-        notes.extend(self.unfold());
+    /// All rows as one run, the run that each of them belongs to, what drives the axis, and whether it is linear. A row
+    /// whose run or bridge is not known has no input.
+    fn whole(&mut self) -> Result<(Run, Vec<f64>, Input, bool), InputError> {
         let mut time = self.column(Quantity::Time)?.ok_or_else(|| self.lacks("for the time"))?;
         from_its_beginning(&mut time);
         let (input, values) = self.input()?;
@@ -173,7 +174,7 @@ impl<'a> Sheet<'a> {
         let speed = self.first(&[Quantity::AngularSpeed, Quantity::LinearSpeed])?;
         let linear = self.linear(position.as_ref(), speed.as_ref())?;
         let bridge = self.column(Quantity::Bridge)?;
-        let mut id = self.ids(time.len())?;
+        let id = self.ids(time.len())?;
         let lost =
             |row: &usize| id[*row].is_nan() || bridge.as_ref().is_some_and(|bridge| bridge[*row].is_nan());
         let lost: Vec<usize> = (0..time.len()).filter(lost).collect();
@@ -188,6 +189,12 @@ impl<'a> Sheet<'a> {
             t_s: time,
         };
         lost.iter().for_each(|row| whole.input[*row] = f64::NAN);
+        Ok((whole, id, input, linear))
+    }
+
+    fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
+        notes.extend(self.unfold());
+        let (mut whole, mut id, input, linear) = self.whole()?;
         let merged = rates::merge(&mut whole, |row, other| id[row] == id[other]);
         let same = |row: usize| id[row] == id[row - 1] || id[row].is_nan();
         let mended =

@@ -62,8 +62,7 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
     if run.rows() < FEWEST {
         return Vec::new();
     }
-    let still = vec![false; run.rows()];
-    let drive = Steps::of(&run.input, &still);
+    let drive = Steps::of(&run.input, &vec![false; run.rows()]);
     let far = drive.as_ref().map_or(0.0, |drive| CHANGE * drive.span);
     let changes: Vec<bool> =
         (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect();
