@@ -62,10 +62,9 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
     if run.rows() < FEWEST {
         return Vec::new();
     }
-    let drive = Steps::of(&run.input, &vec![false; run.rows()]);
-    let far = drive.as_ref().map_or(0.0, |drive| CHANGE * drive.span);
-    let changes: Vec<bool> =
-        (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect();
+    let still = vec![false; run.rows()];
+    let drive = Steps::of(&run.input, &still);
+    let changes = changes(run, drive.as_ref().map_or(0.0, |drive| CHANGE * drive.span));
     let (place, speed) = if linear { ("q_m", "v_m_s") } else { ("theta_rad", "omega_rad_s") };
     // A record may start at rest, and with the current of a stall.
     let columns =
@@ -106,6 +105,11 @@ pub fn found(run: &Run, input: &'static str, linear: bool, supply_v: Option<f64>
     }
     all.push((input, bad, outside, drive.span));
     strays(all)
+}
+
+/// Rows in which the input steps by more than `far`.
+fn changes(run: &Run, far: f64) -> Vec<bool> {
+    (0..run.rows()).map(|row| row > 0 && (run.input[row] - run.input[row - 1]).abs() > far).collect()
 }
 
 /// True if a supply leaves its value by more than what a step draws makes it give way.
