@@ -16,7 +16,7 @@ pub struct Figures {
     /// Library, image and workbench.
     pub product: [Part; 3],
     /// Proving ground, reference plant, formats, fleet, loop, Python, page, tests, evaluation and tools.
-    pub rest: [Part; 12],
+    pub rest: [Part; 13],
 }
 
 impl Figures {
