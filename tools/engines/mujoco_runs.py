@@ -2,7 +2,7 @@
 
 One line a case; the last lines are the table. Errors are rms of the difference of speeds over the rms of the speed.
 """
-import argparse, csv, importlib.util, json, math, pathlib, subprocess
+import argparse, csv, importlib.util, json, math, pathlib, re, subprocess
 import mujoco
 import numpy as np
 
@@ -82,7 +82,13 @@ def one(truing, folder, name, t, u):
     speed, helped = run(xml, t, u)
     finer, _ = run(xml, t, u, 2)
     scale = 100 / max(rms(wanted), 1e-9)
-    return {"case": name, "kind": "helper" if helped else "native", "error": scale * rms(speed - wanted), "half": scale * rms(finer - speed)}
+    # What a resistance of 0.05 % more does to the truth: beyond a limit the case tells nothing of the engine.
+    near = folder / "near.toml"
+    near.write_text(re.sub(r"R_ohm = (\S+)", lambda it: f"R_ohm = {float(it[1]) * 1.0005!r}", model.read_text()))
+    subprocess.run([truing, "simulate", "--model", near, "--input", folder / "input.csv", "--out", folder / "near.csv"], check=True)
+    near.unlink()
+    moved = np.genfromtxt(folder / "near.csv", delimiter=",", names=True)["omega_rad_s"]
+    return {"case": name, "kind": "helper" if helped else "native", "error": scale * rms(speed - wanted), "half": scale * rms(finer - speed), "moved": scale * rms(moved - wanted)}
 
 
 def back(truing, folder, effect, seed):
@@ -116,15 +122,16 @@ def main():
     cases = []
     for name in names:
         cases.append(one(chosen.truing, folder, name, t, u))
-        print("{case:34} {kind:6} {error:8.3f} % half {half:7.3f} %".format(**cases[-1]), flush=True)
+        print("{case:34} {kind:6} {error:8.3f} % half {half:7.3f} % truth moves {moved:7.3f} %".format(**cases[-1]), flush=True)
     print(f"MuJoCo {mujoco.__version__}")
     for kind in ("native", "helper"):
-        those = [case for case in cases if case["kind"] == kind]
+        all_of = [case for case in cases if case["kind"] == kind]
+        those = [case for case in all_of if case["moved"] <= LIMITS[kind]]
         within = sum(case["error"] <= LIMITS[kind] for case in those)
         half = sum(case["half"] <= LIMITS["half"] for case in those)
         worst = max(those, key=lambda case: case["error"], default={"error": 0, "case": "-"})
         middle = np.median([case["error"] for case in those]) if those else 0
-        print(f"{kind}: {within} of {len(those)} within {LIMITS[kind]} %, median {middle:.3f} %, worst {worst['error']:.3f} % ({worst['case']}); halved step within 0.1 %: {half}")
+        print(f"{kind}: {within} of {len(those)} within {LIMITS[kind]} %, median {middle:.3f} %, worst {worst['error']:.3f} % ({worst['case']}); halved step within 0.1 %: {half}; left out, because 0.05 % of R moves the truth more: {[case['case'] for case in all_of if case not in those]}")
     if chosen.back:
         trips = []
         for seed, name in enumerate(name for name in names if name.startswith("one_")):

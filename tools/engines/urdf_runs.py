@@ -19,7 +19,9 @@ def pybullet(xml, u):
     bullet.connect(bullet.DIRECT)
     bullet.setTimeStep(STEP_S)
     body = bullet.loadURDF(str(xml), useFixedBase=True, flags=bullet.URDF_USE_INERTIA_FROM_FILE)
-    bullet.changeDynamics(body, 0, linearDamping=0, angularDamping=0)
+    # Bullet's own damping of a body, and its limit of 100 rad/s, are no part of the file.
+    for link in (-1, 0):
+        bullet.changeDynamics(body, link, linearDamping=0, angularDamping=0, maxJointVelocity=1e4)
     friction = bullet.getJointInfo(body, 0)[7]
     bullet.setJointMotorControl2(body, 0, bullet.VELOCITY_CONTROL, targetVelocity=0, force=friction)
     per_volt, per_speed = motor(xml)
@@ -47,10 +49,15 @@ def drake(xml, u):
     simulator = Simulator(diagram)
     context = plant.GetMyContextFromRoot(simulator.get_mutable_context())
     per_volt, per_speed = motor(xml)
+    friction, inertia = (float(re.search(f'{key}="([^"]+)"', xml.read_text())[1]) for key in ("friction", "izz"))
     port, speed, time = plant.get_actuation_input_port(), [0.0], 0.0
     for volts in u[:-1]:
         for _ in range(round(ROW_S / STEP_S)):
-            port.FixValue(context, [per_volt * volts - per_speed * joint.get_angular_rate(context)])
+            now = joint.get_angular_rate(context)
+            torque = per_volt * volts - per_speed * now
+            # Drake reads no friction: what stops the shaft within the step, at most the level.
+            torque -= min(max(torque + inertia * now / STEP_S, -friction), friction)
+            port.FixValue(context, [torque])
             time += STEP_S
             simulator.AdvanceTo(time)
         speed.append(joint.get_angular_rate(context))

@@ -212,7 +212,7 @@ impl File<'_> {
             if p.delay_s > 0.0 {
                 // Room for steps half as long.
                 let samples = (2.0 * p.delay_s / self.plan.step_s).ceil() as usize + 2;
-                let _ = write!(range, " delay=\"{}\" nsample=\"{samples}\" interp=\"zoh\"", p.delay_s);
+                let _ = write!(range, " delay=\"{}\" nsample=\"{samples}\" interp=\"linear\"", p.delay_s);
             }
         }
         match self.plan.actuator {

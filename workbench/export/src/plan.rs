@@ -5,12 +5,12 @@ use truing_core::system::plant::physics::{Drive, Physics};
 
 /// Longest advised step, s: bristles and friction of MuJoCo lose accuracy beyond it.
 const LONGEST_S: f64 = 2.5e-4;
-/// Steps to the mechanical time constant: MuJoCo's error is of first order, 0.1 % of the speed at 150.
-const STEPS_TO_TIME_CONSTANT: f64 = 150.0;
+/// Steps to the mechanical time constant: MuJoCo's error is of first order, 0.1 % of the speed at 150 steps.
+const STEPS_TO_TIME_CONSTANT: f64 = 200.0;
 /// Steps to a radian of a resonance, and to the time of a contact.
 const STEPS_TO_RADIAN: f64 = 40.0;
 /// So much of a period of cogging passes in a step at the speed of an unloaded motor.
-const RADIANS_OF_COGGING: f64 = 0.1;
+const RADIANS_OF_COGGING: f64 = 0.04;
 /// Below it a rounded knee is a hard one, as in the plant.
 pub const SOFT: f64 = 1e-3;
 
@@ -91,7 +91,7 @@ fn actuator(p: &Physics) -> Actuator {
     }
 }
 
-/// The longest of 0.25, 0.1, 0.05, 0.025 ms, … that is fine enough.
+/// The longest part of a millisecond that is fine enough.
 fn step_s(p: &Physics) -> f64 {
     let mut enough = (p.time_constant_s() / STEPS_TO_TIME_CONSTANT).min(LONGEST_S);
     let resonance = p.resonance_rad_s();
@@ -105,6 +105,6 @@ fn step_s(p: &Physics) -> f64 {
     for law in p.torques.iter().filter(|law| law.law == Law::Cogging) {
         enough = enough.min(RADIANS_OF_COGGING / (law.parameters[1] * fastest));
     }
-    let steps = [2.5e-4, 1e-4, 5e-5, 2.5e-5, 1e-5, 5e-6];
+    let steps = [2.5e-4, 2e-4, 1.25e-4, 1e-4, 5e-5, 2.5e-5, 1e-5, 5e-6];
     steps.into_iter().find(|step| *step <= enough * (1.0 + 1e-9)).unwrap_or(2e-6)
 }

@@ -27,7 +27,7 @@ pub fn written(model: &Model, head: &[String]) -> String {
         let _ = writeln!(text, "  {name} = {} {unit}", with_spread(value, Some(std)));
     }
     let _ = writeln!(text, "  The joint takes a torque, N m: {}", torque(&p));
-    text += "  PyBullet brakes by `friction` only through a velocity motor of that force; Drake does not read it.\n-->\n";
+    text += "  PyBullet brakes by `friction` only through a velocity motor of that force; Drake does not read it.\n  PyBullet has damping of its own and a limit of 100 rad/s: changeDynamics takes them away (linearDamping, angularDamping, maxJointVelocity).\n-->\n";
     let (mass, inertia) = if model.linear() { (p.inertia, p.inertia) } else { (MASS, p.inertia) };
     let _ = write!(
         text,
