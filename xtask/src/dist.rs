@@ -1,4 +1,4 @@
-//! What is handed to people who build nothing: a program that stands alone, and the Python package.
+//! What is handed to people who build nothing: a program that stands alone, its library for FMUs, and the Python package.
 
 use crate::process::{root, run};
 use crate::programs::{self, Program};
@@ -16,7 +16,7 @@ const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
 pub fn dist() -> Result<()> {
     let out = root().join("target").join("dist");
     let _ = fs::remove_dir_all(&out);
-    let packed = packed(&program()?, &out)?;
+    let packed = packed(&[program()?, library()?], &out)?;
     let wheel = wheel::build()?;
     let copied = out.join(wheel.file_name().context("a wheel has a name")?);
     fs::copy(&wheel, &copied).with_context(|| format!("cannot write {}", copied.display()))?;
@@ -46,6 +46,13 @@ fn program() -> Result<PathBuf> {
     run(Command::new(&program).arg("--version")).map(|()| program)
 }
 
+/// The library that `truing export` puts into an FMU: it lies beside the program, and is loaded by programs that have a C library already.
+fn library() -> Result<PathBuf> {
+    let mut build = programs::fmu_library();
+    run(build.env("RUSTFLAGS", "-C strip=symbols").args(["--release", "--locked", "--target", &host()?]))?;
+    Ok(programs::fmu_library_in(&format!("{}/release", host()?)))
+}
+
 /// What this machine is to the compiler.
 fn host() -> Result<String> {
     let told = Command::new("rustc").arg("-vV").output().context("rustc cannot be started")?;
@@ -54,12 +61,12 @@ fn host() -> Result<String> {
     host.map(str::to_owned).context("rustc does not say for what it compiles")
 }
 
-/// The program with its licence, in an archive that carries its name.
-fn packed(program: &Path, out: &Path) -> Result<PathBuf> {
+/// The program and what lies beside it with its licence, in an archive that carries its name.
+fn packed(built: &[PathBuf], out: &Path) -> Result<PathBuf> {
     let name = format!("truing-{}-{}", env!("CARGO_PKG_VERSION"), host()?);
     let folder = out.join(&name);
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
-    for file in [program, &root().join("LICENSE"), &root().join("README.md")] {
+    for file in built.iter().chain(&[root().join("LICENSE"), root().join("README.md")]) {
         fs::copy(file, folder.join(file.file_name().unwrap_or_default()))?;
     }
     let archive = out.join(format!("{name}.tar.gz"));

@@ -71,13 +71,28 @@ pub fn built(program: Program, named: Option<&Path>) -> Result<String> {
         return Ok(std::path::absolute(path)?.display().to_string());
     }
     run(&mut program.cargo("build"))?;
-    let folder = std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from);
-    Ok(folder.join("debug").join(name).display().to_string())
+    Ok(target().join("debug").join(name).display().to_string())
+}
+
+/// Where Cargo builds.
+fn target() -> PathBuf {
+    std::env::var_os("CARGO_TARGET_DIR").map_or_else(|| root().join("target"), PathBuf::from)
 }
 
 /// The program that writes the models of `cargo xtask engines`, up to its own arguments.
 pub fn engine_cases() -> Command {
     cargo(&["run", "--quiet", "--package", "truing-export", "--example", "engine_cases", "--"])
+}
+
+/// Builds the library that FMUs carry.
+pub fn fmu_library() -> Command {
+    cargo(&["build", "--package", "truing-fmu"])
+}
+
+/// Where it lies then, in a folder below that of Cargo.
+pub fn fmu_library_in(folder: &str) -> PathBuf {
+    use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
+    target().join(folder).join(format!("{DLL_PREFIX}truing_fmu{DLL_SUFFIX}"))
 }
 
 /// A Cargo command on an example of the library.

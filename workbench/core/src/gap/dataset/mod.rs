@@ -32,7 +32,7 @@ pub use preheat::Preheat;
 pub use prepare::prepare;
 pub use probe::Probes;
 pub use run::GridRun;
-pub use simulate::{Simulation, Traces};
+pub use simulate::{Simulation, Traces, pieces};
 
 use crate::outcome::Searched;
 use crate::system::log::Input;

@@ -106,7 +106,7 @@ impl GridRun {
         traces.record(0, &state, charge, keep);
         for k in 0..self.blocks() {
             let (start, length) = (self.time[k], self.time[k + 1] - self.time[k]);
-            let pieces = ((length / longest - 1e-9).ceil()).clamp(1.0, 200.0);
+            let pieces = pieces(length, longest);
             let h = length / pieces;
             let mut mean = none;
             if with_position {
@@ -162,6 +162,12 @@ impl GridRun {
         let at = |share: f64| scale.like(from + (to - from) * share) / scale;
         (at(start), at(end))
     }
+}
+
+/// Number of inner steps of a block.
+#[inline(always)]
+pub fn pieces(length: f64, longest: f64) -> f64 {
+    (length / longest - 1e-9).ceil().clamp(1.0, 200.0)
 }
 
 /// How finely a run is simulated, and what is kept of it.

@@ -31,11 +31,25 @@ pub struct Dynamics<'a, F = f64> {
     held: Option<Loads<F>>,
 }
 
+/// What one [`Dynamics`] hands to the next of the same plant: coefficients of a winding that varies follow from those before.
+#[derive(Clone, Copy, Debug)]
+pub struct Kept<F = f64>(Coefficients<F>);
+
 impl<'a, F: Lanes> Dynamics<'a, F> {
     /// For a plant with these features.
     #[inline(always)]
     pub fn new(plant: &'a Physics<F>, features: Features) -> Self {
         Self { plant, features, coefficients: Coefficients::new(plant), held: None }
+    }
+
+    /// Goes on where another one has stopped.
+    pub fn resumed(plant: &'a Physics<F>, features: Features, Kept(coefficients): Kept<F>) -> Self {
+        Self { plant, features, coefficients, held: None }
+    }
+
+    /// For [`Self::resumed`].
+    pub fn kept(&self) -> Kept<F> {
+        Kept(self.coefficients)
     }
 
     /// Begins a block of `length` seconds on a known way: what depends on the place alone is the same for all steps within it. (Their
