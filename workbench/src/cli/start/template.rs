@@ -3,7 +3,7 @@
 use super::sheet::{KE, Number, Sheet};
 use std::fmt::Write;
 use truing_core::gap::start_values::{GUESSED, START as ESTIMATED};
-use truing_core::system::model::{Kind, Model, VISCOUS_V};
+use truing_core::system::model::{ELECTRICAL, Kind, Model, VISCOUS_V};
 
 /// What stands behind a number that nobody knows.
 const UNKNOWN: &str = "unknown: fitted to the log with a wide prior";
@@ -44,10 +44,7 @@ pub fn file(sheet: &Sheet, found: &Found) -> String {
     let mut text = String::from("# Written by `truing start`. Every key: docs/model.md\n");
     line(&mut text, "schema = \"truing-model/1\"", "");
     match found.model.map(|model| model.kind) {
-        Some(Kind::FirstOrder { gain_rad_s_per_v, time_constant_s, viscous_vs_per_rad }) => {
-            let seconds = (time_constant_s, if found.settled { GUESSED } else { ESTIMATED });
-            first_order(&mut text, sheet, gain_rad_s_per_v, seconds, viscous_vs_per_rad);
-        }
+        Some(Kind::FirstOrder { .. }) => first_order(&mut text, sheet, found),
         Some(Kind::Inertia { inertia, viscous, .. }) => linear(&mut text, inertia, viscous),
         _ => motor(&mut text, sheet, found),
     }
@@ -66,18 +63,19 @@ fn line(text: &mut String, entry: &str, comment: &str) {
 }
 
 /// The log does not tell resistance, torque constant and inertia apart.
-fn first_order(text: &mut String, sheet: &Sheet, gain: f64, (seconds, why): (f64, &str), viscous: f64) {
+fn first_order(text: &mut String, sheet: &Sheet, found: &Found) {
     text.push_str("\n[model]\n");
     line(text, "kind = \"first_order\"", "R, Kt and J show only with a current");
     line(text, "fitted_to_log = true", "the numbers are the log's own");
-    line(text, &format!("gain_rad_s_per_v = {}", digits(gain)), ESTIMATED);
-    line(text, &format!("time_constant_s = {}", digits(seconds)), why);
-    if viscous > 0.0 {
-        line(
-            text,
-            &format!("{VISCOUS_V} = {}", digits(viscous)),
-            "a guess; rows with an open bridge show it",
-        );
+    let numbers = found.model.map(Model::parameters).unwrap_or_default();
+    for (key, number) in numbers.into_iter().filter(|(_, number)| *number > 0.0) {
+        let why = match key {
+            "time_constant_s" if found.settled => GUESSED,
+            VISCOUS_V => "a guess; rows with an open bridge show it",
+            ELECTRICAL => "L/R of the winding, a guess; fitted within a factor of four",
+            _ => ESTIMATED,
+        };
+        line(text, &format!("{key} = {}", digits(number)), why);
     }
     let known = sheet.numbers();
     if !known.is_empty() {

@@ -6,7 +6,7 @@ use crate::gap::fit::FINE;
 use crate::gap::threads::of_each;
 use crate::system::effects::{Effect, Meaning, Parameter, Scale};
 use crate::system::log::Input;
-use crate::system::model::{DRIVE_GAIN, KE, KT, Kind, Model, VISCOUS_V};
+use crate::system::model::{DRIVE_GAIN, ELECTRICAL, KE, KT, Kind, Model, VISCOUS_V};
 use crate::system::plant::physics::{Drive, Physics};
 use servo::axis::Bridge;
 
@@ -17,6 +17,8 @@ const FITTED_BOUND: f64 = 6.0;
 /// The tolerance of a base parameter of such a model: a factor of e^±0.5 is one standard deviation. Chosen by
 /// judgement; not studied.
 const FITTED_TOLERANCE: f64 = 0.5;
+/// The same of the winding of such a model: it stands for L/R alone, which six of it move by a factor of 4.5, and not for a filter.
+const FITTED_WINDING: f64 = 0.25;
 /// A winding faster than this part of the mechanical time constant is no parameter that a log could tell. Held at its
 /// nominal value, a slower one would pass for a measure: of a short delay, and with the current of the drive's gain.
 /// Chosen by judgement; not studied.
@@ -75,10 +77,10 @@ impl Hypothesis<'_> {
 
 /// Relative tolerance (1 σ) of a base parameter, wide where the model is the best linear fit to the log.
 pub fn tolerance(model: &Model, key: &str) -> f64 {
-    if model.fitted_to_log && !model.tolerances.contains_key(key) {
-        FITTED_TOLERANCE
-    } else {
-        model.tolerance(key)
+    match key {
+        _ if !model.fitted_to_log || model.tolerances.contains_key(key) => model.tolerance(key),
+        ELECTRICAL => FITTED_WINDING,
+        _ => FITTED_TOLERANCE,
     }
 }
 
@@ -145,7 +147,7 @@ fn base_slots(dataset: &Dataset, model: &Model) -> Vec<Slot> {
     let plant = driven_by(&model.kind, model.base(), dataset.input);
     let winding = plant.inductance / plant.resistance;
     let told = |key: &str| match (&model.kind, key) {
-        (Kind::DcMotor { .. }, "L_h") => {
+        (Kind::DcMotor { .. }, "L_h") | (_, ELECTRICAL) => {
             winding > NOTICEABLE_WINDING * plant.time_constant_s() && plant.drive == Drive::Voltage
         }
         (Kind::DcMotor { .. }, "R_ohm") => plant.drive == Drive::Voltage,

@@ -13,6 +13,9 @@ const SETTLED: f64 = 6.0;
 /// Chosen by judgement; not studied.
 const CLEARLY: f64 = 0.7;
 
+/// Multiples of the golden ratio, without their whole part, stand far from those next to them. Origin: the three-distance theorem.
+const GOLDEN: f64 = 0.618_033_988_75;
+
 /// Which input the speed of a row answers.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Answers {
@@ -70,7 +73,10 @@ pub fn left_if_settled(run: &Run) -> Option<f64> {
 
 /// Mean square by which each speed differs from what the other rows say of its input; with `turned`, turned round too.
 fn scatter(input: &[f64], speed: &[f64], turned: bool) -> f64 {
-    let mut pairs: Vec<(f64, f64, usize)> = (0..input.len()).map(|k| (input[k], speed[k], k)).collect();
+    // Rows of one input are compared with rows far away in time: on the way to a settled speed neighbours in time are alike, too.
+    let mut rows: Vec<usize> = (0..input.len()).collect();
+    by_least(&mut rows, |k| (*k as f64 * GOLDEN).fract());
+    let mut pairs: Vec<(f64, f64, usize)> = rows.into_iter().map(|k| (input[k], speed[k], k)).collect();
     if turned {
         pairs.extend((0..input.len()).map(|k| (-input[k], -speed[k], k)));
     }
@@ -112,6 +118,17 @@ mod tests {
     fn a_speed_answers_the_input_with_which_it_repeats() {
         assert_eq!(answers(&swept(true)), Answers::Previous);
         assert_eq!(answers(&swept(false)), Answers::Own);
+    }
+
+    /// A slow vehicle that speeds up under one voltage: neighbours in time are alike, and nothing has settled.
+    #[test]
+    fn a_speed_that_rises_under_one_input_has_not_settled() {
+        let mut run = swept(true);
+        run.input = vec![6.0; 40];
+        run.speed = Some((0..40).map(|k| 14.0 * (1.0 - (-f64::from(k) / 15.0).exp())).collect());
+        assert!(left_if_settled(&run).is_some_and(|left| left > 0.05));
+        run.speed = Some(vec![14.0; 40]);
+        assert_eq!(left_if_settled(&run), Some(0.0));
     }
 
     /// One sweep in one direction, away from zero, nearly fits both ways; then the format of a log decides.

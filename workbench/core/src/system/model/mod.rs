@@ -30,6 +30,8 @@ pub const KE: &str = "Ke_vs_per_rad";
 pub const DRIVE_GAIN: &str = "drive_gain";
 /// Key of the viscous friction of a first-order model.
 pub const VISCOUS_V: &str = "viscous_vs_per_rad";
+/// Key of the time constant of its winding.
+pub const ELECTRICAL: &str = "electrical_time_constant_s";
 /// The back-EMF makes at least this part of the damping of a first-order model: beyond it nothing would drive the
 /// motor. Chosen by judgement; not studied.
 const LEAST_EMF: f64 = 0.05;
@@ -63,6 +65,8 @@ pub enum Kind {
         /// Friction linear in the speed, as a voltage at the terminals, V s/rad. Gain and time constant hold it already; with the
         /// bridge open it is all that slows the shaft down.
         viscous_vs_per_rad: f64,
+        /// Time constant of the winding, L/R, s; 0: neglected.
+        electrical_s: f64,
     },
     /// J dω/dt = drive_gain · input − viscous · ω (or M dv/dt on a linear axis).
     Inertia {
@@ -195,10 +199,11 @@ impl Kind {
                 ("J_kgm2", j_kgm2),
                 ("b_nms_per_rad", b_nms_per_rad),
             ],
-            Kind::FirstOrder { gain_rad_s_per_v, time_constant_s, viscous_vs_per_rad } => vec![
+            Kind::FirstOrder { gain_rad_s_per_v, time_constant_s, viscous_vs_per_rad, electrical_s } => vec![
                 ("gain_rad_s_per_v", gain_rad_s_per_v),
                 ("time_constant_s", time_constant_s),
                 (VISCOUS_V, viscous_vs_per_rad),
+                (ELECTRICAL, electrical_s),
             ],
             Kind::Inertia { inertia, viscous, drive_gain, linear } => {
                 let key = if *linear { "mass_kg" } else { "inertia_kgm2" };
@@ -237,8 +242,8 @@ impl Model {
 
     /// The base without any effect, not even the known ones.
     ///
-    /// A first-order model with the viscous voltage c is the motor with R = 1 Ω, Kt = Ke = K = 1/gain − c, J = T·K/gain, b = c·K: its
-    /// torques count in that motor's unit, in which a torque over K is a voltage.
+    /// A first-order model with the viscous voltage c is the motor with R = 1 Ω, Kt = Ke = K = 1/gain − c, J = T·K/gain, b = c·K and the
+    /// inductance that its electrical time constant says: its torques count in that motor's unit, in which a torque over K is a voltage.
     pub fn base(&self) -> Physics {
         self.base_of(&self.kind)
     }
@@ -249,9 +254,14 @@ impl Model {
             Kind::DcMotor { r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad } => {
                 Physics::linear_motor(r_ohm, l_h, kt_nm_per_a, ke_vs_per_rad, j_kgm2, b_nms_per_rad)
             }
-            Kind::FirstOrder { gain_rad_s_per_v: gain, time_constant_s, viscous_vs_per_rad: viscous } => {
-                let k = (1.0 / gain - viscous).max(LEAST_EMF / gain);
-                Physics::linear_motor(1.0, 0.0, k, k, time_constant_s * k / gain, viscous * k)
+            Kind::FirstOrder {
+                gain_rad_s_per_v: g,
+                time_constant_s: t,
+                viscous_vs_per_rad: c,
+                electrical_s,
+            } => {
+                let k = (1.0 / g - c).max(LEAST_EMF / g);
+                Physics::linear_motor(1.0, electrical_s, k, k, t * k / g, c * k)
             }
             Kind::Inertia { inertia, viscous, drive_gain, .. } => {
                 Physics::inertia(inertia, viscous, drive_gain)

@@ -117,6 +117,7 @@ impl<'a> Base<'a> {
                 gain_rad_s_per_v: self.needed("gain_rad_s_per_v", &mut unknown),
                 time_constant_s: self.needed("time_constant_s", &mut unknown),
                 viscous_vs_per_rad: self.or(VISCOUS_V, 0.0, &mut unknown),
+                electrical_s: self.or(super::ELECTRICAL, 0.0, &mut unknown),
             },
             "inertia" => self.inertia(&mut unknown),
             _ => self.dc_motor(&mut unknown),

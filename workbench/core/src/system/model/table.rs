@@ -111,6 +111,7 @@ pub const KEYS: &[Key] = keys! {
     ["model"] "gain_rad_s_per_v" FIRST Positive, "rad/s/V", Fitted, "Steady speed per volt.", "gain_rad_s_per_v = 16.0";
     ["model"] "time_constant_s" FIRST Positive, "s", Fitted, "Time constant of the speed.", "time_constant_s = 0.09";
     ["model"] "viscous_vs_per_rad" FIRST NotNegative, "V s/rad", FittedOr("0"), "Friction linear in the speed, as a voltage. Gain and time constant hold it; with an open bridge it acts alone.", "viscous_vs_per_rad = 0.004";
+    ["model"] "electrical_time_constant_s" FIRST NotNegative, "s", FittedOr("0: neglected"), "Time constant of the winding, L/R.", "electrical_time_constant_s = 0.002";
     ["motor"] "inertia_kgm2" INERTIA Positive, "kg m²", Fitted, "Inertia of a turning axis.", "inertia_kgm2 = 0.05";
     ["motor"] "mass_kg" INERTIA Positive, "kg", Fitted, "Mass of a linear axis, instead of the inertia.", "mass_kg = 95.0";
     ["motor"] "viscous" INERTIA NotNegative, "N m s/rad or N s/m", FittedOr("0"), "Viscous friction.", "viscous = 0.03";
