@@ -16,6 +16,11 @@ pub fn gap(rms: f64) -> String {
     }
 }
 
+/// A number with so many digits, for a file: what it says beyond them is noise.
+pub fn rounded(number: f64, digits: usize) -> f64 {
+    format!("{number:.*e}", digits - 1).parse().unwrap_or(number)
+}
+
 /// `digits` significant digits, without trailing zeros.
 pub fn significant(x: f64, digits: usize) -> String {
     if x == 0.0 {

@@ -90,16 +90,12 @@ fn standing(outcome: &Outcome, name: &str) -> &'static str {
 
 /// An array with its unit behind it.
 fn numbers(numbers: impl Iterator<Item = f64>, unit: &str) -> Item {
-    let mut array = value(numbers.map(five_digits).collect::<Array>());
+    let mut array =
+        value(numbers.map(|number| truing_core::text::figures::rounded(number, 5)).collect::<Array>());
     if let Some(array) = array.as_value_mut().filter(|_| unit != "1") {
         array.decor_mut().set_suffix(format!(" # {unit}"));
     }
     array
-}
-
-/// A table says nothing beyond five digits.
-fn five_digits(number: f64) -> f64 {
-    format!("{number:.4e}").parse().unwrap_or(number)
 }
 
 /// Behind a torque that is none: a reader of the file sees what it stands for.

@@ -68,7 +68,10 @@ impl TrackJson {
     pub fn new(log: &RunLog, span: &Span) -> Self {
         let moving = || log.rows.iter().filter(|row| (span.start..span.hold).contains(&row.tick));
         let (position_rms_rad, position_peak_rad) = norms(moving().map(|row| position_error(log, row)));
-        let (speed_rms_rad_s, speed_peak_rad_s) = norms(moving().map(|row| speed_error(log, row)));
+        let (speed_rms_rad_s, speed_peak_rad_s) = norms(
+            moving()
+                .map(|row| log.rad_s(row.record.reference_speed_q20.saturating_sub(row.record.speed_q20))),
+        );
         let limited = moving().filter(|row| row.record.limit != Limit::None).count();
         TrackJson {
             schema: "truing-track/1",
@@ -102,11 +105,6 @@ impl TrackJson {
 /// rad. A counter that reads n stands for n + ½ counts.
 pub fn position_error(log: &RunLog, row: &Row) -> f64 {
     log.rad(f64::from(row.record.ahead_q8(log.zero())) / 256.0 - 0.5)
-}
-
-/// rad/s.
-fn speed_error(log: &RunLog, row: &Row) -> f64 {
-    log.rad_s(row.record.reference_speed_q20.saturating_sub(row.record.speed_q20))
 }
 
 fn norms(errors: impl Iterator<Item = f64>) -> (f64, f64) {

@@ -185,6 +185,5 @@ fn surroundings(text: &mut String, sheet: &Sheet, found: &Found) {
 
 /// Four digits, as TOML reads them.
 fn digits(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    format!("{rounded:?}")
+    format!("{:?}", truing_core::text::figures::rounded(value, 4))
 }

@@ -130,7 +130,7 @@ impl GridRun {
 
     /// The state in which a run begins, from the reading of its speed.
     pub(super) fn start(&self, plant: &Physics, reading: f64) -> State {
-        let speed = if reading == 0.0 { 0.0 } else { plant.speed_behind(reading) };
+        let speed = if reading == 0.0 { 0.0 } else { (reading - plant.sensor_offset) / plant.sensor_scale };
         let start = if self.position.is_empty() { 0.0 } else { self.shaft(plant, 0) };
         let mut state = State::moving(plant, start, speed);
         state.time_s = self.since_s;

@@ -58,10 +58,4 @@ impl Item {
     pub fn size(&self) -> usize {
         self.free().count()
     }
-
-    /// True if it has optional parameters that do not move.
-    pub fn can_grow(&self) -> bool {
-        let mut parameters = self.effect.parameters.iter();
-        !self.is_full() && parameters.any(|parameter| parameter.default.is_some())
-    }
 }

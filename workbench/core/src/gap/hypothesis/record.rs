@@ -4,7 +4,7 @@ use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
 use crate::gap::dataset::{Dataset, GridRun, Scales, Simulation, Traces, driven_by};
 use crate::gap::fit::FINE;
 use crate::gap::threads::of_each;
-use crate::system::effects::{Effect, Meaning, Parameter, Scale};
+use crate::system::effects::{Effect, Meaning, OF_SPEED_SENSOR, Parameter, Scale};
 use crate::system::log::Input;
 use crate::system::model::{DRIVE_GAIN, ELECTRICAL, KE, KT, Kind, Model, VISCOUS_V};
 use crate::system::plant::physics::{Drive, Physics};
@@ -67,7 +67,7 @@ impl Hypothesis<'_> {
         let drive = driven_by(&self.model.kind, self.model.base(), self.dataset.input).drive;
         let winding = matches!(self.model.kind, Kind::DcMotor { .. });
         let known = self.model.known.iter().map(|known| known.effect);
-        let shows = !self.dataset.of_position || !effect.reads_speed();
+        let shows = !self.dataset.of_position || !OF_SPEED_SENSOR.contains(&effect);
         effect.fits(drive, winding, self.dataset.linear)
             && shows
             && !self.items.iter().any(|item| item.effect.same_family(effect))

@@ -35,11 +35,6 @@ impl Candidate {
     pub fn told(&self) -> Vec<Variable> {
         told(&self.term)
     }
-
-    /// True if it must be judged on other runs: what happens at a time happens in one run.
-    pub fn needs_other_runs(&self) -> bool {
-        self.term.over.iter().any(|knots| knots.variable == Variable::Time)
-    }
 }
 
 /// The variables of a term that a report tells: since a reversal, the direction goes without saying.

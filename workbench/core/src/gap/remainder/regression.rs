@@ -8,7 +8,7 @@ use crate::gap::problem::dot;
 use crate::gap::scored::Scored;
 use crate::gap::threads::*;
 use crate::system::plant::physics::Physics;
-use crate::system::plant::unnamed::Term;
+use crate::system::plant::unnamed::{Term, Variable};
 use nalgebra::{DMatrix, DVector};
 
 /// How much a bend of the table costs beside the data, in units of the mean information of a value: the one that
@@ -123,7 +123,8 @@ impl<'s, 'a> Regression<'s, 'a> {
     /// The two folds of the log; where another run must be judged, every second run is one.
     fn folds(&self, candidate: &Candidate) -> [fn(&Compared) -> bool; 2] {
         let several = self.compared.iter().any(|it| it.log == 0 && it.run > 0);
-        match (candidate.needs_other_runs(), several) {
+        // What happens at a time happens in one run.
+        match (candidate.term.over.iter().any(|knots| knots.variable == Variable::Time), several) {
             (false, _) => [|it| it.part == Part::A, |it| it.part == Part::B],
             (true, true) => [|it| in_log(it) && it.run % 2 == 0, |it| in_log(it) && it.run % 2 == 1],
             // The held-out records are the other runs: each half of the samples is judged by the other record.

@@ -9,7 +9,7 @@ use crate::gap::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::scored::{Scored, dispersion};
 use crate::gap::threads::*;
 use crate::outcome::DEVIATIONS;
-use crate::system::effects::{Effect, LIBRARY};
+use crate::system::effects::{Effect, Family, LIBRARY};
 
 /// Two sides are called different where their difference is more than this part of their mean. Origin: hidden cases
 /// draw a sixth and more, and nobody would put less into a machine.
@@ -56,10 +56,11 @@ impl<'a> Search<'a, '_> {
     pub(super) fn variants(&self, hypothesis: &Hypothesis<'a>, index: usize) -> Vec<Item> {
         let item = hypothesis.items[index];
         let mut variants = Vec::new();
-        if item.can_grow() {
+        if !item.is_full() && item.effect.parameters.iter().any(|it| it.default.is_some()) {
             variants.push(Item::full(item.effect));
         }
-        if item.effect.family.is_ladder() {
+        // Poorer and richer forms of one thing: a fit with one starts a fit with another.
+        if matches!(item.effect.family, Family::DeadZone | Family::DryFriction | Family::Viscous) {
             let library = LIBRARY.iter().copied();
             let twins = library.filter(|other| other.same_family(item.effect) && *other != item.effect);
             let allowed = twins.filter(|other| self.offers_form(other.form) && !self.excludes(other));

@@ -33,7 +33,7 @@ pub fn completed(draft: &Draft, split: &Split) -> String {
             (false, "time_constant_s") if split.guessed => (GUESSED, WIDE),
             (false, _) => (START, WIDE),
         };
-        put(&mut document, &section, key, value(three_digits(*number)), origin);
+        put(&mut document, &section, key, value(crate::text::figures::rounded(*number, 3)), origin);
         if !split.fit && !stated.tolerances.contains_key(*key) {
             put(&mut document, "tolerance", key, value(tolerance), "not known before");
         }
@@ -60,9 +60,4 @@ fn put(document: &mut DocumentMut, section: &str, key: &str, mut item: Item, com
     if let Some(table) = table.as_table_mut() {
         table.insert(key, item);
     }
-}
-
-/// A start value says nothing beyond three digits.
-fn three_digits(number: f64) -> f64 {
-    format!("{number:.2e}").parse().unwrap_or(number)
 }

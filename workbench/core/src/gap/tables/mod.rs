@@ -40,15 +40,12 @@ use study::HeldOut;
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
 /// short table); the parameters that are reported come from all rows.
 pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
-    match table::too_poor(log).or_else(|| unsuitable(model)) {
+    let inertia = matches!(model.kind, Kind::Inertia { .. });
+    let unsuitable = || "a table of voltages needs a model with a winding: dc_motor or first_order".into();
+    match table::too_poor(log).or_else(|| inertia.then(unsuitable)) {
         Some(reason) => verdict::insufficient(log, reason),
         None => analyse(model, log, holdouts),
     }
-}
-
-fn unsuitable(model: &Model) -> Option<String> {
-    let inertia = matches!(model.kind, Kind::Inertia { .. });
-    inertia.then(|| "a table of voltages needs a model with a winding: dc_motor or first_order".into())
 }
 
 fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {

@@ -137,13 +137,8 @@ impl Key {
 
     /// Whether it may stand in a section: the numbers of the base may stand under `[motor]` and under `[model]`.
     pub fn stands_in(&self, section: &str) -> bool {
-        self.section == section
-            || (BASE.contains(&section) && BASE.contains(&self.section) && self.is_of_the_base())
-    }
-
-    /// A number of the base or what belongs to one.
-    pub fn is_of_the_base(&self) -> bool {
-        self.name == "gear_ratio" || self.name == "drive_gain_unit" || self.has_tolerance()
+        let of_the_base = ["gear_ratio", "drive_gain_unit"].contains(&self.name) || self.has_tolerance();
+        self.section == section || (of_the_base && [section, self.section].iter().all(|it| BASE.contains(it)))
     }
 
     /// Whether it is a number that a fit may move.

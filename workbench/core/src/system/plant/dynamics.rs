@@ -118,7 +118,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
     #[inline(always)]
     fn renew(&mut self, state: &State<F>, applied: F, bridge: Bridge, h: f64) {
         let p = self.plant;
-        let (resistance, kt) = if self.features.varying_winding() {
+        let (resistance, kt) = if self.features.heat || self.features.source || self.features.knee {
             (self.resistance(state, applied, h), self.weakened(state, applied, bridge))
         } else {
             (p.resistance, p.kt)

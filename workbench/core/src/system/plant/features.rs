@@ -102,7 +102,7 @@ impl Features {
     /// Longest inner step, s, where it may be `finest` of the time constant.
     pub fn longest_step(&self, finest: f64) -> f64 {
         let finest = if self.two_bodies() { finest.min(LONGEST_OF_TWO) } else { finest };
-        (rounded_s(self.step_size.time) * finest).max(1e-7)
+        ((f64::from(self.step_size.time) / STEPS_PER_OCTAVE).exp2() * finest).max(1e-7)
     }
 
     /// Rate of spring or teeth, rad/s, rounded up.
@@ -114,19 +114,9 @@ impl Features {
         !matches!(self.step_size.coupling, Coupling::Rigid | Coupling::Play)
     }
 
-    /// True if resistance or torque constant change on the way.
-    pub(super) fn varying_winding(&self) -> bool {
-        self.heat || self.source || self.knee
-    }
-
     /// True if friction depends on the speed or on other torques.
     pub(super) fn varying_friction(&self) -> bool {
         self.breakaway || self.gear_friction
-    }
-
-    /// Scale and offset alone: the integral of the reading is exact.
-    pub(super) fn plain_sensor(&self) -> bool {
-        !self.sensor_lag && !self.sensor_limit && !self.rectified
     }
 }
 
@@ -164,10 +154,6 @@ fn below(value: f64) -> i32 {
 
 fn above(value: f64) -> i32 {
     (RATES_PER_OCTAVE * value.log2()).ceil() as i32
-}
-
-fn rounded_s(place: i32) -> f64 {
-    (f64::from(place) / STEPS_PER_OCTAVE).exp2()
 }
 
 #[cfg(test)]

@@ -7,12 +7,7 @@ use super::simd::Lanes;
 use super::state::State;
 use super::step::Before;
 
-impl Physics {
-    /// The speed behind a reading of a motion that just goes on; of a magnitude, the positive one.
-    pub fn speed_behind(&self, reading: f64) -> f64 {
-        (reading - self.sensor_offset) / self.sensor_scale
-    }
-}
+impl Physics {}
 
 impl<F: Lanes> Physics<F> {
     /// Scale and rectification of a true speed.
@@ -55,7 +50,8 @@ impl<F: Lanes> Physics<F> {
             if at_load { (state.theta_load, state.omega_load) } else { (state.theta, state.omega) };
         let (was, omega_before) =
             if at_load { (before.theta_load, before.omega_load) } else { (before.theta, before.omega) };
-        if features.plain_sensor() {
+        if !(features.sensor_lag || features.sensor_limit || features.rectified) {
+            // Scale and offset alone: the integral of the reading is exact.
             state.reading = self.sensor_scale * omega + self.sensor_offset;
             state.lagged = state.reading;
             let way = self.sensor_scale * (theta - was) + self.sensor_offset * h;

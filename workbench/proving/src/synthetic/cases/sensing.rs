@@ -59,7 +59,7 @@ impl Sensors {
     pub fn draw(rng: &mut ChaCha8Rng, natural: &Natural, tacho: bool, dirty: bool, spec: &Spec) -> Self {
         let drawn = log_range(rng, 0.001, 0.01);
         let sigma = spec.noise.unwrap_or(drawn) * natural.speed;
-        let interval_s = three_digits(natural.tau / ROWS_PER_TAU as f64);
+        let interval_s = truing_core::text::figures::rounded(natural.tau / ROWS_PER_TAU as f64, 3);
         let from_encoder = rng.random_bool(0.35) && !tacho && !dirty;
         let rows = 2 * rng.random_range(1..=4usize);
         let causal = rng.random_bool(0.4);
@@ -224,8 +224,4 @@ fn noisy(seen: &[f64], subject: &Subject, sensors: &Sensors, seed: u64) -> Vec<f
             clamp(value + noise.next_value() + spike)
         })
         .collect()
-}
-
-fn three_digits(value: f64) -> f64 {
-    format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -38,14 +38,10 @@ impl Sheet {
         for row in 0..self.columns.first().map_or(0, |column| column.1.len()) {
             for (k, (_, values)) in self.columns.iter().enumerate() {
                 let comma = if k == 0 { "" } else { "," };
-                let _ = write!(text, "{comma}{}", nine_digits(values[row]));
+                let _ = write!(text, "{comma}{}", truing_core::text::figures::rounded(values[row], 9));
             }
             text.push('\n');
         }
         text
     }
-}
-
-fn nine_digits(value: f64) -> f64 {
-    format!("{value:.8e}").parse().unwrap_or(value)
 }

@@ -99,13 +99,6 @@ pub enum Family {
     Coupling,
 }
 
-impl Family {
-    /// True if its effects are poorer and richer forms of one thing, so that a fit with one starts a fit with another.
-    pub fn is_ladder(self) -> bool {
-        matches!(self, Self::DeadZone | Self::DryFriction | Self::Viscous)
-    }
-}
-
 /// How much an effect claims. It matters for a model that is a fit to the log of a real rig: a rich form wins such a log by a
 /// hair and fails on the next record.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -189,11 +182,6 @@ impl Effect {
     /// True if the effect frees a base parameter from its tolerance instead of adding something.
     pub fn is_base_parameter(&self) -> bool {
         matches!(self.relations.multiplies, Some(Multiplies::Base { .. }))
-    }
-
-    /// True if it is in the reading of a speed sensor, which a log of positions does not have.
-    pub fn reads_speed(&self) -> bool {
-        super::OF_SPEED_SENSOR.contains(&self)
     }
 
     /// True if it makes the measured speed late, or the drive.
