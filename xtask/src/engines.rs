@@ -8,7 +8,7 @@ use std::path::PathBuf;
 use std::process::Command;
 
 /// Versions that the figures of docs/export.md were made with. What cannot be installed is skipped by name.
-const ENGINES: [&str; 3] = ["mujoco==4.0.0", "pybullet==3.2.7", "drake==1.51.1"];
+const ENGINES: [&str; 4] = ["mujoco==4.0.0", "pybullet==3.2.7", "drake==1.51.1", "fmpy==0.3.32"];
 
 /// What to run.
 #[derive(clap::Args, Debug)]
@@ -50,5 +50,8 @@ pub fn compare(choice: &Choice) -> Result<()> {
         mujoco.arg("--back");
     }
     run(&mut mujoco)?;
-    run(&mut script("urdf_runs.py"))
+    run(&mut script("urdf_runs.py"))?;
+    // It lies where Cargo builds, whatever Truing was named.
+    run(&mut programs::fmu_library())?;
+    run(script("fmu_runs.py").arg("--library").arg(programs::fmu_library_in("debug")))
 }

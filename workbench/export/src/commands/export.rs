@@ -10,8 +10,9 @@ use std::path::{Path, PathBuf};
 use truing_core::system::log::{Columns, Dynamic, Log};
 use truing_core::system::model::Model;
 use truing_files::{log, model};
+use truing_fmu::{Version, package};
 use truing_report::console::files::Files;
-use truing_report::report::write_atomically;
+use truing_report::report::{write_atomically, write_bytes};
 
 /// For the help.
 const EXAMPLES: &str = "\
@@ -40,6 +41,9 @@ pub struct Arguments {
     /// Foreign column names of the log, as in `truing gap`.
     #[arg(long, default_value = "", hide_default_value = true)]
     pub columns: String,
+    /// The library that an FMU carries; without it: the one beside this program, or that of TRUING_FMU_LIBRARY.
+    #[arg(long)]
+    pub fmu_library: Option<PathBuf>,
 }
 
 /// Reads, writes, tells what is lost.
@@ -57,17 +61,19 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         Format::SysidConstants => write_atomically(out, &constants::written(&model, &head))?,
         Format::Mjcf => arguments.mjcf(&model, out, &head)?,
         Format::Urdf => write_atomically(out, &urdf::written(&model, &head))?,
-        Format::Fmu3 => bail!("FMI 3.0 is not written yet"),
-        Format::Fmu2 => bail!("FMI 2.0 is not written yet"),
+        Format::Fmu3 => arguments.fmu(&model, Version::Three)?,
+        Format::Fmu2 => arguments.fmu(&model, Version::Two)?,
     }
     if arguments.ranges {
         write_atomically(&arguments.beside("_ranges.py")?, &ranges::written(&model, &head))?;
     }
+    let is_fmu = matches!(arguments.to, Format::Fmu2 | Format::Fmu3);
     let lost = held::lost(&model, arguments.to);
     for line in cost::told(&model, &lost, log.as_ref())? {
         errln!("{line}");
     }
-    for term in &model.unnamed {
+    let unnamed = if is_fmu { &[] } else { model.unnamed.as_slice() };
+    for term in unnamed {
         errln!("not held: {}, a table without a name", term.name);
     }
     Ok(())
@@ -84,6 +90,15 @@ impl Arguments {
             write_atomically(&self.beside("_helper.py")?, &helper::written(&plant, head))?;
         }
         write_atomically(out, &mjcf::written(model, head))
+    }
+
+    /// The FMU, which is a file and never a text.
+    fn fmu(&self, model: &Model, version: Version) -> anyhow::Result<()> {
+        let Some(out) = self.out.as_ref().filter(|out| *out != Path::new("-")) else {
+            bail!("an FMU is an archive: name it with --out motor.fmu");
+        };
+        let library = package::library(self.fmu_library.as_deref())?;
+        write_bytes(out, &package::packed(model, version, &library)?)
     }
 
     /// A file beside the one that is written: `servo.xml` has `servo_helper.py`.

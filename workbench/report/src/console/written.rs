@@ -15,11 +15,16 @@ pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
         crate::out!("{text}");
         return Ok(());
     }
+    write_bytes(path, text.as_bytes())
+}
+
+/// The same of what is no text, to a file.
+pub fn write_bytes(path: &Path, bytes: &[u8]) -> Result<()> {
     if path.exists() && !path.is_file() {
         return std::fs::OpenOptions::new()
             .write(true)
             .open(path)
-            .and_then(|mut place| place.write_all(text.as_bytes()))
+            .and_then(|mut place| place.write_all(bytes))
             .with_context(|| format!("{}: cannot be written", path.display()));
     }
     let folder = folder_of(path);
@@ -27,15 +32,15 @@ pub fn write_atomically(path: &Path, text: &str) -> Result<()> {
     // A signal ends the program before or after, so that no draft stays.
     let hold = interrupt::hold();
     let written =
-        std::fs::create_dir_all(folder).and_then(|()| replace(path, folder, text)).with_context(complaint);
+        std::fs::create_dir_all(folder).and_then(|()| replace(path, folder, bytes)).with_context(complaint);
     drop(hold);
     interrupt::heed_what_came();
     written
 }
 
-fn replace(path: &Path, folder: &Path, text: &str) -> std::io::Result<()> {
+fn replace(path: &Path, folder: &Path, bytes: &[u8]) -> std::io::Result<()> {
     let mut draft = tempfile::Builder::new().prefix(".truing-").tempfile_in(folder)?;
-    draft.write_all(text.as_bytes())?;
+    draft.write_all(bytes)?;
     // A temporary file is private to its owner; a report is not.
     draft.as_file().set_permissions(Permissions::from_mode(0o644))?;
     // The error of `persist` owns the draft; only its cause is passed on, so that the draft is removed.

@@ -17,7 +17,7 @@ pub mod section;
 pub mod terminal;
 
 #[cfg(feature = "console")]
-pub use crate::console::written::write_atomically;
+pub use crate::console::written::{write_atomically, write_bytes};
 pub use format::{figure, gap, grade, verdict};
 
 use anyhow::Result;
