@@ -29,9 +29,9 @@ pub(super) const STANDING_HZ: u32 = 20;
 #[allow(clippy::large_enum_variant, reason = "there is no heap to box it on")]
 pub enum Command {
     /// Set the axis up. Refused while the bridge is not open.
-    /// Replaced: the configuration, as a whole. Forgotten: what was identified, the reference, `Arm`. Kept: what was
-    /// chosen about loops, compensation and protection; limits of current, energy and speed where the new configuration
-    /// has none; a latched fault. [`Command::Reset`] before it forgets these choices, [`Command::Restore`] replaces them.
+    ///
+    /// Replaced: the configuration, as a whole. Forgotten: what was identified, the reference, `Arm`. Kept: choices about loops,
+    /// compensation and protection; limits that the new one has not; a latched fault. [`Command::Reset`] before it forgets them.
     Configure(Config),
     /// Allow the bridge to be driven.
     Arm,

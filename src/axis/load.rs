@@ -1,7 +1,7 @@
 //! The load over the place at work: where its angle counts from, and whether it acts.
 //!
-//! The counter starts anywhere at power-up, so a table acts only where its angle is known: one over the angle since power-up in the
-//! session in which it came, one over the angle from the reference once that was found. A stored table waits for the reference.
+//! The counter starts anywhere at power-up, so a table acts only where its angle is known: one over the counter as it is, in the
+//! session in which it came; one over the angle from the reference once that was found. A stored table waits for the reference.
 //! Once counts may have been lost none acts.
 
 use super::{Axis, Refusal, State};
@@ -119,7 +119,7 @@ impl Axis {
         let per_count = state.design.loops.per_count();
         load.check(per_count).map_err(Refusal::Value)?;
         let before = state.load.voltage;
-        state.load.take(load, if load.is_absolute() { state.datum } else { state.zero }, state.count);
+        state.load.take(load, if load.is_absolute() { state.datum } else { Some(0) }, state.count);
         state.load.renew(per_count);
         state.control.shift(before.minus(state.load.voltage));
         Ok(())

@@ -334,7 +334,10 @@ impl State {
     pub(super) fn lose_reference(&mut self) {
         self.datum = None;
         self.held = None;
+        let before = self.load.voltage;
         self.load.found(None);
+        // As at a place that is held: the integrator gives what the table gave.
+        self.control.shift(before);
     }
 
     /// Holds the place where the shaft is, without what was pushed with until now.

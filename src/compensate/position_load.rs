@@ -69,7 +69,7 @@ pub struct Load<'a> {
 }
 
 impl Load<'_> {
-    /// Checks every number and turns it into machine units: a table that is on, trusted, and counts from power-up.
+    /// Checks every number and turns it into machine units: a table that is on, trusted, and over the counter as it is.
     ///
     /// # Errors
     /// A number is outside of its range, or there are too many; the error names it.
@@ -154,8 +154,8 @@ impl PositionLoad {
         self.head & TRUSTED != 0
     }
 
-    /// Does the angle count from the reference's zero? Then it acts once that is found. Otherwise it counts from the place at
-    /// power-up, and the table means nothing after the next one.
+    /// Does the angle count from the reference's zero? Then it acts once that is found. Otherwise it counts as the counter
+    /// does (the logged count), and means nothing after the next power-up.
     #[must_use]
     pub fn is_absolute(&self) -> bool {
         self.head & ABSOLUTE != 0
@@ -173,7 +173,7 @@ impl PositionLoad {
         self.with(TRUSTED, trusted)
     }
 
-    /// The same, over an angle that counts from the reference's zero or from power-up.
+    /// The same, over an angle that counts from the reference's zero, or as the counter does.
     #[must_use]
     pub fn absolute(self, absolute: bool) -> Self {
         self.with(ABSOLUTE, absolute)

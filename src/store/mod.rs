@@ -54,7 +54,8 @@ pub struct AxisParameters {
     pub compensation: bool,
     /// What the user chose about protection.
     pub protection: Settings,
-    /// The load over the place; none before layout 5.
+    /// The load over the place; none before layout 5, and in texts of that time.
+    #[serde(default)]
     pub position_load: PositionLoad,
 }
 

@@ -56,6 +56,7 @@ pub fn config(case: &Case) -> Config {
         supply_nominal_v: natural.volts as f32,
         counts_per_rev: COUNTS_PER_REV,
         rated_speed_rad_s: natural.speed as f32,
+        gear_ratio: natural.gear_ratio as f32,
         tick_hz: TICK_HZ,
         time_constant_hint_s: Optional::NONE,
         vbus_v_per_lsb: (HEADROOM * natural.volts / 4095.0) as f32,

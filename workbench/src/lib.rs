@@ -45,5 +45,6 @@ pub use truing_export as export;
 pub use truing_files as files;
 pub use truing_fleet as fleet;
 pub use truing_improve as improve;
+pub use truing_params as params;
 pub use truing_report::{console, report};
 pub use truing_servo::{self as servo_host, device};

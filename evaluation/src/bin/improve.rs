@@ -13,6 +13,7 @@ use trials::host_servo::{HostServo, Outside};
 use truing::device::session::Listening;
 use truing::improve::bench::Bench;
 use truing::improve::candidate;
+use truing::improve::history;
 use truing::improve::improving::{self, Improved, Job};
 use truing::improve::trial::{self, Tried};
 use truing::synthetic::cases::{self, Case, Set, Spec};
@@ -30,12 +31,18 @@ struct Arguments {
     /// Effects that hide in each motor: 0 … 3.
     #[arg(long, default_value_t = 1)]
     effects: usize,
+    /// Only motors in which this effect hides, by its name.
+    #[arg(long)]
+    hidden: Option<String>,
     /// Motor time of each, s.
     #[arg(long, default_value_t = 60.0)]
     budget_s: f64,
     /// Give the loop the data sheet, too: the linear model, off by its tolerance.
     #[arg(long)]
     sheet: bool,
+    /// Tell how each of them goes, as the command does.
+    #[arg(long)]
+    tell: bool,
     #[command(flatten)]
     results: Results,
 }
@@ -62,8 +69,14 @@ fn main() {
     let arguments = Arguments::parse();
     let mut page = arguments.results.page();
     let spec = Spec { evaluation: true, ..Spec::new(SETS[arguments.effects.min(3)]) };
+    let hides = |case: &Case| {
+        arguments.hidden.as_ref().is_none_or(|name| case.answer.hidden.iter().any(|it| it.name == *name))
+    };
     let seeds: Vec<u32> = (arguments.first..)
-        .filter(|&seed| CaseMotor::new(&cases::draw(&spec, seed), 0).is_some())
+        .filter(|&seed| {
+            let case = cases::draw(&spec, seed);
+            hides(&case) && CaseMotor::new(&case, 0).is_some()
+        })
         .take(arguments.motors)
         .collect();
     let seen: Vec<Seen> = seeds.par_iter().map(|&seed| improved(&arguments, &spec, seed)).collect();
@@ -122,7 +135,16 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32) -> Seen {
         analyse: Box::new(candidate::analysed),
     };
     let bench = Bench::new(servo(&case, u64::from(seed), &outside), LISTENING);
-    let found = improving::run(bench, job, &mut |_| {});
+    let mut tell = |text: &str| {
+        if arguments.tell {
+            eprintln!("{seed}: {text}");
+        }
+    };
+    let found = improving::run(bench, job, &mut tell);
+    for entry in found.iter().flat_map(|found| &found.entries) {
+        let number = |it: &history::Known| format!("{} {:.4} {}", it.name, it.value, it.unit);
+        tell(&entry.numbers.iter().map(number).collect::<Vec<_>>().join(", "));
+    }
     let host_s = begin.elapsed().as_secs_f64();
     let hidden: Vec<String> =
         case.answer.hidden.iter().map(|it| format!("{} ({:.1} σ)", it.name, it.visibility)).collect();
@@ -169,11 +191,11 @@ fn sheet(case: &Case) -> model::Model {
 fn worth(case: &Case, found: &Improved) -> Option<[f64; 2]> {
     let wire = servo(case, OTHER_NOISE, &Outside::default());
     let mut bench = Bench::new(wire, LISTENING);
-    match trial::run(&mut bench, [&found.began_with?, &found.in_force?]).ok()? {
+    match trial::run(&mut bench, [&found.began_with?, &found.in_force?], f64::INFINITY).ok()? {
         Tried::Whole(trial) => {
             let ratios: Vec<f64> = trial.motions.iter().map(|it| it.ratio.mean).collect();
             ratios.try_into().ok()
         }
-        Tried::Faulted(..) => None,
+        Tried::Faulted(..) | Tried::OutOfTime => None,
     }
 }

@@ -13,6 +13,8 @@ use std::f64::consts::{PI, TAU};
 use trials::bench::{Bench, Board};
 use trials::families::{Cause, Family, Options, Plant, Seeds, Severity};
 use trials::tracking::knowing;
+use truing::params::compensation;
+use truing::system::model;
 
 /// Cycles a turn, amplitude in volts at the winding, phase in rad.
 type Sine = (u16, f64, f64);
@@ -93,6 +95,33 @@ fn a_pendulum_and_a_cogging_motor_track_several_times_better() {
             }
         }
     }
+}
+
+/// What a model knows becomes a table, also of a load behind a gear.
+#[test]
+fn the_table_of_a_model_holds_the_load_of_the_motor() {
+    let gear = 4.0;
+    let sines = [(1, 1.5, 0.7), (11, 0.1, -1.1)];
+    let mut plant = plant(2, &sines, Cause::Friction);
+    let motor = &mut plant.motor;
+    motor.gear_ratio = gear;
+    motor.load.mgl_nm *= gear;
+    let mut model = format!(
+        "schema = \"truing-model/1\"\n[model]\nkind = \"dc_motor\"\n[motor]\nR_ohm = {:?}\nKt_nm_per_a = {:?}\nJ_kgm2 = {:?}\n\
+         gear_ratio = {gear:?}\n[encoder]\ncounts_per_rev = {}\n",
+        motor.resistance_ohm, motor.torque_constant, motor.inertia, plant.config.counts_per_rev
+    );
+    let load = &motor.load;
+    model += &format!(
+        "[known.gravity]\nmgl_nm = {:?}\nphase_rad = {:?}\n[known.cogging]\namplitude_nm = {:?}\nperiods_per_rev = 11.0\nphase_rad = {:?}\n",
+        load.mgl_nm, load.gravity_phase, load.cogging_nm, load.cogging_phase
+    );
+    let model = model::parse("model.toml", &model).expect("a model");
+    let export = compensation::from_model(&model, &plant.config).expect("parameters");
+    let table = export.params.position_load.expect("a table");
+    assert_eq!(table.period_counts, 4 * plant.config.counts_per_rev);
+    let [without, with] = both(&plant, table.build(&plant.config).expect("a table"));
+    assert!(without > 5.0 * with, "{without} rad, {with} rad with the table of {:?}", export.left_out);
 }
 
 /// Twice the amplitude and any phase: three loads in all. The error stays what these voltages are to the stiffness of the loops.

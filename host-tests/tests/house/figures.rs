@@ -22,14 +22,15 @@ fn the_workbench_grows_no_further() {
     let [_, _, workbench] = figures().product;
     // 1,960 of them read logs in whatever dialect, propose `--columns` and are `truing look` (decision 0280); 2,230 came
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292); 850 with logs of any length (0300).
-    // The limit was 32,233 until the proving ground left it, and fell by 100 when test modules in files of their own were no longer counted.
-    at_most("code lines of the workbench", workbench.code(), 29_545, 19_000);
+    // The limit was 32,233 until the proving ground left it, and fell by 100 when test modules in files of their own were no longer counted, and by
+    // 175 with what makes parameters of a model.
+    at_most("code lines of the workbench", workbench.code(), 29_370, 19_000);
 }
 
 /// They left the workbench, not the project: their lines are counted on.
 #[test]
 fn proving_ground_reference_plant_and_doors_grow_no_further() {
-    let [proving, plant, formats, fleet, improve, export, fmu, python, page, ..] = figures().rest;
+    let [proving, plant, formats, fleet, improve, export, fmu, params, python, page, ..] = figures().rest;
     assert_eq!([proving.name, plant.name], ["proving ground", "reference plant"]);
     // 134 of them came from the workbench with the rigs and what is expected of them: who judges opens their files. Of both together the
     // limit fell from 32,361 to 32,359.
@@ -41,6 +42,7 @@ fn proving_ground_reference_plant_and_doors_grow_no_further() {
     at_most("code lines of the loop", improve.code(), 2_160, 2_160);
     at_most("code lines of the exports", export.code(), 1_600, 1_600);
     at_most("code lines of the FMU", fmu.code(), 900, 900);
+    at_most("code lines of the parameters", params.code(), 480, 480);
     at_most("code lines of the Python package", python.code(), 300, 300);
     at_most("code lines of the page", page.code(), 300, 300);
 }

@@ -1,5 +1,6 @@
 //! The loop that closes itself, on a servo without a chip: hours of motion in seconds.
 
 mod command;
+mod load;
 mod rig;
 mod undone;

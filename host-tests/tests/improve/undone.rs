@@ -154,7 +154,7 @@ fn what_is_no_number_or_out_of_range_is_refused_on_the_chip_and_on_the_host() {
 
     let mut broken = motor(DEAD_ZONE);
     broken.set_parameter(KT, f64::NAN);
-    candidate::candidate(&broken, &linear()).expect_err("no number follows from it");
+    candidate::candidate(&broken, &linear(), None).expect_err("no number follows from it");
     model::parse("motor.toml", &text("[known.dead_zone]\nhalf_width_v = nan\n"))
         .expect_err("nor is it one in a file");
 }

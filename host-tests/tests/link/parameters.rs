@@ -7,8 +7,8 @@ use servo::protect::{Action, Fault, Settings};
 use servo::store::AxisParameters;
 use trials::simulated_servo::config;
 use truing::device::commission_report::Params;
-use truing::device::compensation;
 use truing::device::parameters;
+use truing::params::compensation;
 use truing::system::model;
 
 fn blank() -> AxisParameters {
@@ -48,6 +48,11 @@ fn what_is_set_is_printed_and_read_back_whole() {
         "identified.dead_zone_pos_v=1.5",
         "identified.gain_rad_s_per_v=10",
         "identified.time_constant_s=0.04",
+        "position_load.period_counts=8192",
+        "position_load.constant_v=-0.3",
+        "position_load.sines=[{cycles=1,amplitude_v=1.5,phase_rad=0.7},{cycles=24,amplitude_v=0.2,phase_rad=5}]",
+        "position_load.absolute=true",
+        "position_load.trusted=false",
     ] {
         set(&mut first, assignment);
     }
@@ -58,6 +63,10 @@ fn what_is_set_is_printed_and_read_back_whole() {
     let mut second = blank();
     text.lines().for_each(|line| set(&mut second, line));
     assert_eq!(second.config, first.config);
+    assert_eq!(second.position_load, first.position_load);
+    assert_eq!((first.position_load.terms().count(), first.position_load.is_trusted()), (2, false));
+    set(&mut second, "position_load.period_counts=none");
+    assert_eq!(second.position_load, PositionLoad::default());
     assert_eq!(second.protection, first.protection);
     assert_eq!(second.protection.actions.of(Fault::NoMotion), Action::Brake);
     assert_eq!((second.tuning, second.compensation), (first.tuning, first.compensation));
@@ -85,6 +94,8 @@ fn wrong_keys_and_values_are_named_with_the_nearest_right_one() {
         ("protection.over_current=brake", "choose open"),
         ("protection.overcurrent=open", "over_current"),
         ("protection.no_motion=hold", "open or brake"),
+        ("position_load.sine=3", "sine"),
+        ("position_load.constant_v=40", "position_load.amplitude_v must lie between"),
     ] {
         let error = parameters::set(&mut blank(), assignment).expect_err(assignment).to_string();
         assert!(error.contains(expected), "{assignment}: {error}");
@@ -200,20 +211,15 @@ fn a_fitted_friction_is_as_narrow_as_the_log_has_shown_it() {
 #[test]
 fn an_export_names_what_the_firmware_cannot_take() {
     let (export, text) = exported(
-        "[known.stribeck_friction]\nlevel_nm = 0.01\nbreakaway_nm = 0.02\nstribeck_rad_s = 1.0\n\
+        "[tolerance]\ndefault = 0.01\n[known.stribeck_friction]\nlevel_nm = 0.01\nbreakaway_nm = 0.02\nstribeck_rad_s = 1.0\n\
          [known.gravity]\nmgl_nm = 0.01\nphase_rad = 0.0\n\
          [known.cogging]\namplitude_nm = 0.002\nperiods_per_rev = 12\nphase_rad = 0.0\n\
          [known.voltage_saturation]\nlimit_v = 9.0\nsoftness = 0.1\n",
     );
     let mut left_out = export.left_out.clone();
     left_out.sort();
-    let expected = [
-        "cogging",
-        "gravity",
-        "stribeck_friction.breakaway_nm",
-        "stribeck_friction.stribeck_rad_s",
-        "voltage_saturation.softness",
-    ];
+    let expected =
+        ["stribeck_friction.breakaway_nm", "stribeck_friction.stribeck_rad_s", "voltage_saturation.softness"];
     assert_eq!(left_out, expected);
     for name in expected {
         assert!(text.contains(&format!("# not compensated by the firmware: {name}\n")), "{text}");

@@ -15,8 +15,8 @@ pub const LONG_FILE: usize = 400;
 pub struct Figures {
     /// Library, image and workbench.
     pub product: [Part; 3],
-    /// Proving ground, reference plant, formats, fleet, loop, exports, FMU, Python, page, tests, evaluation and tools.
-    pub rest: [Part; 14],
+    /// Proving ground, reference plant, formats, fleet, loop, exports, FMU, parameters, Python, page, tests, evaluation and tools.
+    pub rest: [Part; 15],
 }
 
 impl Figures {

@@ -37,7 +37,7 @@ pub fn product(root: &Path) -> Result<[Part; 3]> {
 }
 
 /// Everything else that is built.
-pub fn rest(root: &Path) -> Result<[Part; 14]> {
+pub fn rest(root: &Path) -> Result<[Part; 15]> {
     Ok([
         whole(root, "proving ground", "workbench/proving/src")?,
         whole(root, "reference plant", "workbench/reference_plant/src")?,
@@ -46,6 +46,7 @@ pub fn rest(root: &Path) -> Result<[Part; 14]> {
         whole(root, "loop", "workbench/improve/src")?,
         whole(root, "exports", "workbench/export/src")?,
         whole(root, "FMU", "workbench/fmu/src")?,
+        whole(root, "parameters", "workbench/params/src")?,
         whole(root, "Python package", "workbench/python/src")?,
         whole(root, "page in the browser", "workbench/page/src")?,
         whole(root, "tests", "host-tests/tests")?,

@@ -3,9 +3,10 @@
 use crate::history::Moment;
 use crate::motions::Motion;
 use crate::shared::Shared;
-use servo::link::protocol::Command;
+use servo::compensate::position_load::PositionLoad;
+use servo::link::protocol::{Command, Message};
 use servo::protect::Fault;
-use servo::record::Activity;
+use servo::record::{Activity, Advisory};
 use servo::store::AxisParameters;
 use truing_core::text::input_error::InputError;
 use truing_servo::device::link::{Client, Wire, fault_advice};
@@ -43,11 +44,21 @@ impl Bench {
         client
     }
 
-    /// What is in force; `None`: the axis is not configured.
+    /// What is in force; `None`: the axis is not configured. A table of an earlier power-up, whose counter was another, is none.
     pub fn in_force(&self) -> Result<Option<AxisParameters>, InputError> {
-        let mut client = self.client();
-        client.command(Command::Subscribe { every: self.listening.every }, &mut |_| {})?;
-        client.parameters()
+        let (mut client, mut waits) = (self.client(), false);
+        let mut heed = |message| {
+            if let Message::Telemetry { axis, record, .. } = message
+                && axis == self.listening.axis
+            {
+                waits = record.advisory == Advisory::PositionLoadOff;
+            }
+        };
+        client.command(Command::Subscribe { every: self.listening.every }, &mut heed)?;
+        let mut told = client.parameters_heeding(&mut heed)?;
+        let stale = |told: &&mut AxisParameters| waits && !told.position_load.is_absolute();
+        told.iter_mut().filter(stale).for_each(|told| told.position_load = PositionLoad::default());
+        Ok(told)
     }
 
     /// Host and servo at once.
@@ -57,12 +68,22 @@ impl Bench {
         Ok(Moment { second: jiff::Timestamp::now().as_second(), tick })
     }
 
+    /// [`Bench::restore`], and a table of this life of the servo goes on acting.
+    pub fn put(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
+        self.restore(parameters)?;
+        let load = parameters.map(|parameters| parameters.position_load);
+        match load.filter(|load| load.is_on() && load.is_trusted()) {
+            Some(load) => self.client().command(Command::PositionLoad(load), &mut |_| {}).map(|_| ()),
+            None => Ok(()),
+        }
+    }
+
     /// Stops the motor, puts a set in force in RAM and reads it back; `None`: an axis that is not configured. An
     /// interruption does not keep it from that.
     ///
     /// # Errors
     /// The servo cannot be reached, refuses the set, or tells another one: then it is not known what is in force.
-    pub fn put(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
+    pub fn restore(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
         let mut client = self.client();
         if client.stop(&mut |_| {}).is_none() {
             return Err(InputError("the servo does not answer".into()));
@@ -79,10 +100,10 @@ impl Bench {
     /// Has the servo store what is in force, once the shaft stands, and reads it back.
     pub fn keep(&self, parameters: &AxisParameters) -> Result<(), InputError> {
         self.session(Start::Stored, &[Task::Store])?.whole()?;
-        match bits(self.in_force()?.as_ref()) == bits(Some(parameters)) {
-            true => Ok(()),
-            false => Err(InputError("the servo has stored other parameters than it was given".into())),
+        if bits(self.client().parameters()?.as_ref()) != bits(Some(parameters)) {
+            return Err(InputError("the servo has stored other parameters than it was given".into()));
         }
+        Ok(())
     }
 
     /// The same for an axis that nothing is known of.
@@ -143,6 +164,7 @@ impl Runs {
         self.rest(|_| true)?;
         self.session.command(Command::Adopt(numbers.estimates))?;
         self.session.command(Command::Compensation(numbers.compensation))?;
+        self.session.command(Command::PositionLoad(numbers.position_load))?;
         let begun = self.session.command(Command::Arm)?;
         self.session.command(Command::Position(0.0))?;
         self.rest(|kept| kept.activity() == Activity::Holding)?;

@@ -11,6 +11,7 @@ use std::path::{Path, PathBuf};
 use truing_core::outcome::Outcome;
 use truing_core::text::input_error::InputError;
 use truing_report::report::write_atomically;
+use truing_servo::device::place_load::{PlaceLoad, Sine};
 
 /// One line each.
 const FILE: &str = "history.jsonl";
@@ -62,6 +63,9 @@ pub struct Known {
 pub struct Entry {
     /// When, UTC.
     pub date: String,
+    /// The same on the servo's clock; `None`: an entry of an earlier version.
+    #[serde(default)]
+    pub at: Option<Moment>,
     /// Is it in force now?
     pub kept: bool,
     /// Why, or why not.
@@ -92,16 +96,22 @@ impl Entry {
     /// With these numbers.
     pub fn with(self, candidate: &AxisParameters) -> Self {
         let found = known(candidate).map(|found| found.numbers().to_vec()).unwrap_or_default();
+        let known =
+            |name: &str, unit: &str, value, u95| Known { name: name.into(), unit: unit.into(), value, u95 };
+        let told = found.into_iter().filter(|(.., number)| number.trusted);
         let told =
-            found.into_iter().filter(|(.., number)| number.trusted).filter_map(|(name, unit, number)| {
-                Some(Known {
-                    name: name.into(),
-                    unit: unit.into(),
-                    value: number.value?,
-                    u95: number.u95.unwrap_or(0.0),
-                })
-            });
-        Self { numbers: told.collect(), after: Some(*candidate), ..self }
+            told.filter_map(|(name, unit, it)| Some(known(name, unit, it.value?, it.u95.unwrap_or(0.0))));
+        let load = PlaceLoad::of(&candidate.position_load, &candidate.config);
+        let sine = |it: &Sine| {
+            known(
+                &format!("load, {} cycles of {} counts", it.cycles, load.period_counts),
+                "V",
+                it.amplitude_v,
+                0.0,
+            )
+        };
+        let numbers = told.chain(load.sines.iter().map(sine)).collect();
+        Self { numbers, after: Some(*candidate), ..self }
     }
 
     /// What became of the candidate.
@@ -131,7 +141,11 @@ impl Entry {
 /// All entries of a folder, in the order of time.
 pub fn read(folder: &Path) -> anyhow::Result<Vec<Entry>> {
     let path = folder.join(FILE);
-    let text = truing_files::text(&path).context("there is no history; `truing improve --out` writes one")?;
+    if !path.exists() {
+        let what = "is not there; name a folder that `truing improve --out` has written";
+        return Err(InputError::file(path.display(), what).into());
+    }
+    let text = truing_files::text(&path)?;
     let entry = |(number, line): (u64, &str)| {
         let what = |error| format!("is no entry of a history ({error}); take the line out");
         serde_json::from_str(line)
@@ -197,7 +211,7 @@ pub struct Moment {
 
 impl Moment {
     /// Is it the same life of the servo? Its ticks have gone on at least as long as the host's clock, to some seconds.
-    fn same_life(&self, later: &Self, tick_hz: u32) -> bool {
+    pub fn same_life(&self, later: &Self, tick_hz: u32) -> bool {
         let elapsed = (later.second - self.second) as f64;
         let apart = f64::from(later.tick) - f64::from(self.tick);
         apart >= 0.0 && apart / f64::from(tick_hz) > 0.98 * elapsed - 5.0

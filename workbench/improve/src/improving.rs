@@ -25,7 +25,7 @@ use truing_servo::device::setup::Setup;
 /// The loop goes round so often at most.
 const ROUNDS: usize = 3;
 /// Length of a commissioning, s: that of `truing commission`.
-const COMMISSION_S: f64 = 5.0;
+pub const COMMISSION_S: f64 = 5.0;
 /// Further experiments of a round that parts the names of a tie.
 const EXPERIMENTS: usize = 2;
 
@@ -119,9 +119,19 @@ pub fn run(bench: Bench, job: Job, say: &mut Listener) -> Result<Improved> {
         return Err(InputError(what.into()).into());
     }
     let (entries, outcomes) = Default::default();
-    let (base, fresh, began_with, recordings) = Default::default();
-    let mut improving =
-        Improving { bench, job, standing: before, base, fresh, began_with, recordings, entries, outcomes };
+    let (base, fresh, doubted, began_with, recordings) = Default::default();
+    let mut improving = Improving {
+        bench,
+        job,
+        standing: before,
+        base,
+        fresh,
+        doubted,
+        began_with,
+        recordings,
+        entries,
+        outcomes,
+    };
     let ended = improving.rounds(say);
     improving.leave(ended)
 }
@@ -146,6 +156,8 @@ struct Improving {
     base: Option<AxisParameters>,
     /// What a commissioning of this command has found, until it was tried.
     fresh: Option<AxisParameters>,
+    /// The servo does not trust the gain that it has found.
+    doubted: bool,
     began_with: Option<AxisParameters>,
     recordings: u64,
     entries: Vec<Entry>,
@@ -178,43 +190,56 @@ impl Improving {
         }
         say("commissioning: the servo does not know its motor yet");
         let setup = self.standing.map_or(self.job.setup, |standing| standing.config.into());
-        let nothing = AxisParameters {
-            estimates: Estimates::default(),
-            ..self.job.setup.parameters(self.standing.as_ref())
-        };
-        self.pending(nothing)?;
-        let task = Task::Commission { budget_s: COMMISSION_S, seed: self.job.seed as u32 };
-        let result = self.bench.session(Start::Configure(setup), &[task])?.whole()?;
-        self.bench.took(&result.log);
-        result.log.save(&self.job.out.join("commissioning.csv"))?;
-        let Some(Done::Commissioned(outcome)) = result.done.first() else {
-            return ended(Stop::Fault, "the servo has not ended its commissioning");
-        };
-        let config = result.log.config;
-        if let Some(refused) = CommissionJson::new(outcome, &config)?.beside(&result.log).refused {
-            return ended(Stop::Fault, format!("the commissioning was refused: {}", refused.text));
+        let nothing = self.job.setup.parameters(self.standing.as_ref());
+        let nothing = AxisParameters { config: setup.config, ..nothing };
+        let (mut fresh, refused) = self.commissioned(&nothing)?;
+        let Estimates { gain, time_constant, .. } = &mut fresh.estimates;
+        self.doubted = gain.trusted().is_none() || time_constant.trusted().is_none();
+        (*gain, *time_constant) = (taken(*gain), taken(*time_constant));
+        let (gain, time_constant) = (*gain, *time_constant);
+        let estimates = Estimates { gain, time_constant, ..Estimates::default() };
+        let linear = AxisParameters { estimates, compensation: false, ..fresh };
+        match (refused, candidate::known(&linear).is_some_and(|known| known.gain_rad_s_per_v.value.is_some()))
+        {
+            (Some(why), false) => return ended(Stop::Fault, format!("the commissioning was refused: {why}")),
+            (Some(why), true) => say(&format!("the servo trusts little of it: {why}")),
+            (None, _) => {}
         }
-        let found = Estimates {
-            gain: taken(outcome.estimates.gain),
-            time_constant: taken(outcome.estimates.time_constant),
-            ..outcome.estimates
-        };
-        let linear =
-            Estimates { gain: found.gain, time_constant: found.time_constant, ..Estimates::default() };
-        let linear = AxisParameters { config, estimates: linear, compensation: false, ..nothing };
         if ability(&linear).is_none() {
             return ended(Stop::Fault, "the commissioning has found no gain");
         }
         self.base = self.base.or(Some(linear));
-        self.fresh = Some(AxisParameters { config, estimates: found, ..nothing });
+        self.fresh = Some(fresh);
         Ok(())
+    }
+
+    /// A commissioning beside what is known of the load; what it has found, and why the servo refused it.
+    fn commissioned(&mut self, beside: &AxisParameters) -> Result<(AxisParameters, Option<String>)> {
+        self.pending(*beside)?;
+        let setup = self.standing.map_or(self.job.setup, |_| beside.config.into());
+        let tasks = [
+            Task::Adopt(Box::new(beside.estimates)),
+            Task::PositionLoad(beside.position_load),
+            Task::Commission { budget_s: COMMISSION_S, seed: self.job.seed as u32 },
+        ];
+        let result = self.bench.session(Start::Configure(setup), &tasks)?.whole()?;
+        self.bench.took(&result.log);
+        result.log.save(&self.job.out.join("commissioning.csv"))?;
+        let Some(Done::Commissioned(outcome)) = result.done.last() else {
+            return ended(Stop::Fault, "the servo has not ended its commissioning");
+        };
+        let config = result.log.config;
+        let refused = CommissionJson::new(outcome, &config)?.beside(&result.log).refused;
+        let found = AxisParameters { config, estimates: outcome.estimates, ..*beside };
+        Ok((found, refused.map(|refused| refused.text)))
     }
 
     /// One round; it ends the loop if another one would bring nothing more.
     fn round(&mut self, say: &mut Listener) -> Result<()> {
         let base = self.base.ok_or_else(|| InputError("there is nothing to begin from".into()))?;
         let known = self.fresh.unwrap_or(base);
-        let Some(model) = self.job.model.clone().or_else(|| candidate::first_model(&known)) else {
+        let Some(model) = self.job.model.clone().or_else(|| candidate::first_model(&known, !self.doubted))
+        else {
             return ended(Stop::Fault, "the servo knows no gain of its motor; give --model");
         };
         let (logs, Analysed { outcome, extended }) = self.analysed(&model, &known, say)?;
@@ -229,7 +254,13 @@ impl Improving {
         if verdict == Verdict::Data {
             return ended(Stop::Fault, "the log contradicts the model file; look at it with `truing gap`");
         }
-        let proposed = candidate::candidate(&extended, &known)?;
+        let (mut proposed, remarks) = candidate::candidate(&extended, &known, None)?;
+        remarks.iter().for_each(|remark| say(remark));
+        if self.is_hidden_by_load(&known, &proposed)? {
+            say("commissioning: what depends on the place is held now");
+            let (seen, _) = self.commissioned(&proposed)?;
+            proposed = candidate::candidate(&extended, &known, Some(&seen.estimates))?.0;
+        }
         self.job.model = Some(extended);
         let fresh = self.fresh.take();
         let kept = self.propose([Some(proposed), fresh], base, entry, say)?;
@@ -244,6 +275,13 @@ impl Improving {
             (true, _) => Ok(()),
             (false, _) => ended(Stop::NothingGained, "nothing that was tried follows better"),
         }
+    }
+
+    /// Has the servo trusted no dead zone because of a load that this candidate holds, and does another look at it fit?
+    fn is_hidden_by_load(&self, known: &AxisParameters, candidate: &AxisParameters) -> Result<bool> {
+        let hidden = known.estimates.dead_zone.iter().all(|side| side.trusted().is_none());
+        let holds = candidate.position_load.terms().next().is_some();
+        Ok(hidden && holds && self.left_s() >= COMMISSION_S + trial::seconds([known, candidate])?)
     }
 
     /// Records and looks for names; as long as a tie is left, the experiment that parts its names.
@@ -322,7 +360,7 @@ impl Improving {
         say(&format!("trying: {} pairs of runs, old and new numbers in turns", trial::PAIRS));
         self.pending(*candidate)?;
         self.began_with.get_or_insert(*base);
-        let tried = trial::run(&mut self.bench, [base, candidate])?;
+        let tried = trial::run(&mut self.bench, [base, candidate], self.job.budget_s)?;
         let entry = entry.with(candidate);
         let trial = match tried {
             Tried::Whole(trial) => trial,
@@ -332,6 +370,12 @@ impl Improving {
                 let why = format!("a fault ended a run with the {whose} numbers: {what}");
                 self.note(Entry { why: why.clone(), ..entry }, say)?;
                 return if new { Ok(false) } else { ended(Stop::Fault, why) };
+            }
+            Tried::OutOfTime => {
+                self.bench.put(self.standing.as_ref())?;
+                let why = "the motor comes to rest so slowly that a trial takes more motor time than is left";
+                self.note(Entry { why: why.into(), ..entry }, say)?;
+                return ended(Stop::MotorTime, why);
             }
         };
         let (kept, at_floor) = (trial.won(), trial.at_floor());
@@ -356,6 +400,7 @@ impl Improving {
     }
 
     fn note(&mut self, entry: Entry, say: &mut Listener) -> Result<()> {
+        let entry = Entry { at: self.bench.moment().ok(), ..entry };
         say(entry.text().trim_end());
         history::append(&self.job.out, &entry)?;
         self.entries.push(entry);

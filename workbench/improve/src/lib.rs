@@ -10,7 +10,6 @@
 extern crate truing_report;
 
 pub mod bench;
-pub mod candidate;
 pub mod commands;
 pub mod history;
 pub mod improving;
@@ -20,3 +19,5 @@ pub mod recording;
 pub mod report;
 pub mod shared;
 pub mod trial;
+
+pub use truing_params::candidate;

@@ -81,6 +81,8 @@ pub struct Trial {
 pub enum Tried {
     /// All runs were made.
     Whole(Trial),
+    /// Another run would not fit in what is left of the motor time.
+    OutOfTime,
     /// A fault ended a run with the old numbers (`false`) or the new ones (`true`).
     Faulted(bool, String),
 }
@@ -92,15 +94,20 @@ pub fn seconds(sets: [&AxisParameters; 2]) -> Result<f64, InputError> {
     Ok(2.0 * PAIRS as f64 * (run + PAUSE_S + PAUSE_TAUS * slow))
 }
 
-/// Makes the runs. Behind an error it is not known which set is in force.
-pub fn run(bench: &mut Bench, sets: [&AxisParameters; 2]) -> Result<Tried, InputError> {
+/// Makes the runs until the motor has been under way for so long, s. Behind an error it is not known which set is in force.
+pub fn run(bench: &mut Bench, sets: [&AxisParameters; 2], until_s: f64) -> Result<Tried, InputError> {
     let motions = motions(sets)?;
+    let mut longest = seconds(sets)? / (2.0 * PAIRS as f64);
     let mut rms = [Vec::new(), Vec::new()];
     let mut runs = bench.runs(sets[0])?;
     for pair in 0..PAIRS {
         let order = if pair % 2 == 0 { [0, 1] } else { [1, 0] };
         for which in order {
+            if bench.motor_s + longest > until_s {
+                return Ok(Tried::OutOfTime);
+            }
             let followed = runs.follow(sets[which], &motions);
+            longest = longest.max(runs.seconds);
             bench.motor_s += std::mem::take(&mut runs.seconds);
             match followed? {
                 Followed::Whole(errors) => rms[which].push(errors),

@@ -13,7 +13,8 @@ use clap::error::{ContextKind, ContextValue, ErrorKind};
 use clap::{CommandFactory, Parser, Subcommand};
 use proving::commands::{bench, cases, demo, instructions, judge};
 use truing_core::text::input_error::nearest;
-use truing_servo::commands::{capture, commission, monitor, move_to, params, replay, track};
+use truing_params::command as params;
+use truing_servo::commands::{capture, commission, monitor, move_to, replay, track};
 
 /// For the help.
 const EXIT_STATUS: &str = "\

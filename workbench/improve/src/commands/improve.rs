@@ -1,12 +1,13 @@
 //! `truing improve`, `truing history` and `truing undo`.
 
 use crate::bench::Bench;
-use crate::history::{self, Entry};
+use crate::history::{self, Entry, Moment};
 use crate::improving::{self, Improved, Job, Stop};
 use crate::motions::{Motion, ability, motions};
 use crate::{candidate, recording, report, trial};
 use anyhow::Context;
 use clap::Args;
+use servo::config::Config;
 use std::path::{Path, PathBuf};
 use truing_core::text::input_error::{InputError, NotDone};
 use truing_report::console::interrupt;
@@ -70,7 +71,7 @@ pub fn improve(arguments: &Improve) -> anyhow::Result<()> {
     let setup = firmware.axis_file.read()?;
     let model = arguments.model.as_deref().map(truing_files::model::read).transpose()?;
     if arguments.dry_run {
-        return plan(&bench(firmware, &setup)?, *budget_s);
+        return plan(&bench(firmware, &setup)?, &setup.config, *budget_s);
     }
     let unwritable = |error| format!("is no folder that can be written ({error}); name another --out");
     std::fs::create_dir_all(out).map_err(|error| InputError::file(out.display(), unwritable(error)))?;
@@ -112,7 +113,7 @@ fn write(arguments: &Improve, improved: &Improved) -> anyhow::Result<()> {
 }
 
 /// What would be done.
-fn plan(bench: &Bench, budget_s: f64) -> anyhow::Result<()> {
+fn plan(bench: &Bench, config: &Config, budget_s: f64) -> anyhow::Result<()> {
     match bench.in_force()? {
         Some(before) if ability(&before).is_some() => {
             let seconds = trial::seconds([&before; 2])?;
@@ -124,10 +125,29 @@ fn plan(bench: &Bench, budget_s: f64) -> anyhow::Result<()> {
                 outln!("{name:21} ± {amplitude_rad:.4} rad at {frequency_hz:.2} Hz for {seconds:.2} s");
             }
         }
-        _ => outln!("the servo does not know its motor: first it commissions itself"),
+        _ => out!("{}", commissioning(config)),
     }
     outln!("at most {budget_s:.0} s of motor time; nothing was moved");
     Ok(())
+}
+
+/// The plan for a motor that the servo does not know.
+fn commissioning(config: &Config) -> String {
+    let way = improving::COMMISSION_S * f64::from(config.rated_speed_rad_s / config.gear_ratio);
+    let travel = match config.travel_limit_rad {
+        Some([lower, upper]) => format!("from {lower} to {upper} rad, kept by the servo"),
+        None => format!("free, less than {way:.0} rad to each side"),
+    };
+    let energy = config.energy_limit_j.get();
+    let energy =
+        energy.map_or("no limit: limits.energy_j sets one".into(), |most| format!("at most {most} J"));
+    format!(
+        "{:21} {:.1} s, for the servo does not know its motor\n{:21} {travel}\n{:21} {energy}\nrecording and trial are planned by what it finds\n",
+        "commissioning",
+        improving::COMMISSION_S,
+        "travel",
+        "energy"
+    )
 }
 
 /// Lists what was tried.
@@ -155,14 +175,17 @@ pub fn undone(bench: &Bench, folder: &Path, number: Option<usize>) -> anyhow::Re
     let number = number.or_else(last).context("nothing was kept that could be undone")?;
     let entry = number.checked_sub(1).and_then(|place| entries.get(place));
     let entry = entry.with_context(|| format!("there is no entry {number}; `truing history` lists them"))?;
-    let now = bench.in_force()?;
-    bench.put(entry.before.as_ref())?;
+    let (now, at) = (bench.in_force()?, bench.moment()?);
+    // Counters of two lives of a servo are none of one another: a table of the other one waits.
+    let alive = |then: &Moment| now.is_some_and(|now| then.same_life(&at, now.config.tick_hz));
+    let put = if entry.at.as_ref().is_some_and(alive) { Bench::put } else { Bench::restore };
+    put(bench, entry.before.as_ref())?;
     match &entry.before {
         Some(before) => bench.keep(before)?,
         None => bench.keep_nothing()?,
     }
     let why = format!("entry {number} was undone");
-    let undone = Entry { why, after: entry.before, ..Entry::now(now) };
+    let undone = Entry { why, at: Some(at), after: entry.before, ..Entry::now(now) };
     history::append(folder, &undone)?;
     Ok((number, undone))
 }

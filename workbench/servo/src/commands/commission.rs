@@ -3,6 +3,7 @@
 use super::firmware::{Firmware, Log};
 use super::profile;
 use crate::device::commission_report::{CommissionJson, Number, Params, Refused};
+use crate::device::parameters::adopt;
 use crate::device::run_log::RunLog;
 use crate::device::session::{Done, SessionResult, Task};
 use crate::device::setup::Setup;
@@ -12,6 +13,7 @@ use servo::commission::Outcome;
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
 use servo::motion::referencing::Referencing;
+use servo::store::AxisParameters;
 use std::path::PathBuf;
 use truing_core::text::input_error::NotDone;
 use truing_report::console::files::Files;
@@ -136,13 +138,21 @@ impl Motion {
         let excites = matches!(motion, Task::Excite(_));
         anyhow::ensure!(!(excites && *stored), "an excitation begins from --config; leave out --stored");
         let first = match params {
-            _ if *stored => None,
-            Some(path) => Some(Task::Adopt(Box::new(Params::read(path)?.estimates(config)))),
-            None if excites => None,
-            None => Some(commission(budget_s, self.firmware.seed)?),
+            _ if *stored => Vec::new(),
+            Some(path) => adopted(&Params::read(path)?, config)?,
+            None if excites => Vec::new(),
+            None => vec![commission(budget_s, self.firmware.seed)?],
         };
         Ok(first.into_iter().chain(reference.map(Task::Reference)).collect())
     }
+}
+
+/// The tasks that put these numbers in use.
+fn adopted(params: &Params, config: &Config) -> anyhow::Result<Vec<Task>> {
+    let mut known = AxisParameters::new(*config);
+    adopt(&mut known, params)?;
+    let load = params.position_load.as_ref().map(|_| Task::PositionLoad(known.position_load));
+    Ok([Task::Adopt(Box::new(params.estimates(config)))].into_iter().chain(load).collect())
 }
 
 /// Where the numbers of a motion come from.

@@ -5,7 +5,6 @@ pub mod commission;
 pub mod firmware;
 pub mod monitor;
 pub mod move_to;
-pub mod params;
 pub mod profile;
 pub mod replay;
 pub mod track;

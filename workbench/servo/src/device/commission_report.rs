@@ -4,6 +4,7 @@
 use crate::device::aftermath::fault_text;
 use crate::device::commission_seen as seen;
 use crate::device::link::advice;
+use crate::device::place_load::PlaceLoad;
 use crate::device::run_log::RunLog;
 use serde::{Deserialize, Serialize};
 use servo::commission::Outcome;
@@ -198,6 +199,8 @@ pub struct Params {
     pub gain_rad_s_per_v: Option<Kept>,
     /// s.
     pub time_constant_s: Option<Kept>,
+    /// The load over the place; nothing: it stays as it is.
+    pub position_load: Option<PlaceLoad>,
 }
 
 const PARAMS_SCHEMA: &str = "truing-params/1";
@@ -229,6 +232,7 @@ impl Params {
             saturation_neg_v: kept(found.saturation_neg_v),
             gain_rad_s_per_v: kept(found.gain_rad_s_per_v),
             time_constant_s: kept(found.time_constant_s),
+            position_load: None,
         }
     }
 

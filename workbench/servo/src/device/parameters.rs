@@ -1,8 +1,11 @@
 //! What is in force on an axis, key by key: what `truing params get` prints and `set` takes. Keys are those of
-//! `axis.toml`, and three sections more: `loops` for what the user may choose about the loops, `protection` for what the
-//! bridge does about a fault, `identified` for what a commissioning has found.
+//! `axis.toml`, and four sections more: `loops` for what the user may choose about the loops, `protection` for what the
+//! bridge does about a fault, `identified` for what a commissioning has found, `position_load` for the load over the place.
 
 use crate::device::commission_report::{Kept, Params};
+use crate::device::link::range_text;
+use crate::device::place_load::PlaceLoad;
+use servo::compensate::position_load::PositionLoad;
 use servo::config::{Config, SETTINGS, Setting, Value};
 use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::{Action, Fault, Thermal};
@@ -10,6 +13,8 @@ use servo::store::AxisParameters;
 use std::fmt::Write as _;
 use truing_core::text::input_error::{InputError, nearest};
 
+/// Keys of the load over the place, those of `params.toml`.
+const LOAD: &str = "position_load";
 /// Unsets an optional number.
 const NONE: &str = "none";
 
@@ -162,7 +167,36 @@ pub fn print(parameters: &AxisParameters) -> String {
             let _ = writeln!(text, "{PROTECTION}{} = \"{}\"", fault.name(), action.name());
         }
     }
+    for (key, value) in
+        load(parameters).filter(|_| parameters.position_load != PositionLoad::default()).into_iter().flatten()
+    {
+        let _ = writeln!(text, "{LOAD}.{key} = {value}");
+    }
     text
+}
+
+/// The load over the place as TOML; there is always a table to set a key of.
+fn load(parameters: &AxisParameters) -> Option<toml::Table> {
+    let mut load = PlaceLoad::of(&parameters.position_load, &parameters.config);
+    if load.period_counts == 0 {
+        load = PlaceLoad { on: true, trusted: true, period_counts: parameters.config.counts_per_rev, ..load };
+    }
+    toml::Table::try_from(load).ok()
+}
+
+fn set_load(parameters: &mut AxisParameters, key: &str, value: &str) -> Result<(), InputError> {
+    if value == NONE {
+        parameters.position_load = PositionLoad::default();
+        return Ok(());
+    }
+    let wrong =
+        |error: toml::de::Error| InputError(format!("{LOAD}.{key}: {}", error.message().replace('\n', " ")));
+    let mut table = load(parameters).unwrap_or_default();
+    table.insert(key.into(), value.parse().map_err(wrong)?);
+    let load: PlaceLoad = table.try_into().map_err(wrong)?;
+    parameters.position_load =
+        load.build(&parameters.config).map_err(|error| InputError(range_text(&error)))?;
+    Ok(())
 }
 
 /// Settings that are set, section by section in the order of their first rows.
@@ -210,6 +244,9 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
     if let Some(fault) = name.strip_prefix(PROTECTION) {
         return set_action(parameters, fault, value.trim_matches('"'));
     }
+    if let Some(key) = name.strip_prefix(LOAD).and_then(|key| key.strip_prefix('.')) {
+        return set_load(parameters, key, value);
+    }
     let before = *parameters;
     let row = SETTINGS.iter().find(|row| row.field.name() == name);
     let key = KEYS.iter().find(|key| key.name == name);
@@ -242,8 +279,13 @@ fn units(config: &Config) -> (f32, f32, u32) {
     (config.supply_nominal_v, config.rated_speed_rad_s, config.tick_hz)
 }
 
-/// Numbers of `params.toml` put in force.
-pub fn adopt(parameters: &mut AxisParameters, params: &Params) {
+/// Numbers of `params.toml` put in force; of the load over the place as much as the loops bear.
+pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), InputError> {
     let estimates = params.estimates(&parameters.config);
     parameters.estimates.merge(&estimates);
+    let Some(mut load) = params.position_load.clone() else { return Ok(()) };
+    load.fit(parameters);
+    let table = load.build(&parameters.config);
+    parameters.position_load = table.map_err(|error| InputError(range_text(&error)))?;
+    Ok(())
 }

@@ -21,6 +21,7 @@ pub static COGGING: Effect = Effect {
     domain: Domain::Turn,
     form: Form::RichWithoutPosition,
     offered: Offered::Records(InTables::LeftOut),
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Cogging, [p[0], p[1], p[2]], Acts::Motor)),
     ..Effect::USUAL
 };

@@ -20,6 +20,7 @@ pub static GRAVITY: Effect = Effect {
     domain: Domain::Turn,
     axis: Axis::Rotary,
     offered: Offered::Records(InTables::LeftOut),
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Gravity, [p[0], p[1], 0.0], Acts::Load)),
     ..Effect::USUAL
 };

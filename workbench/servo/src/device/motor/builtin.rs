@@ -56,11 +56,7 @@ impl Builtin {
 }
 
 /// The chip is told less than the motor is, but not something else.
-pub(crate) fn check(
-    source: impl std::fmt::Display,
-    model: &Model,
-    config: &Config,
-) -> Result<(), InputError> {
+pub fn check(source: impl std::fmt::Display, model: &Model, config: &Config) -> Result<(), InputError> {
     if let Some(encoder) = model.encoder
         && encoder.counts_per_rev != f64::from(config.counts_per_rev)
     {

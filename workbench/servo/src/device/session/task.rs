@@ -20,7 +20,7 @@ pub enum Task {
     },
     /// Use what an earlier commissioning has found.
     Adopt(Box<Estimates>),
-    /// Hold the load over the place with this table, over the angle since power-up.
+    /// Hold the load over the place with this table.
     PositionLoad(PositionLoad),
     /// Arm a capture when the next motion begins; what it holds is read out behind it.
     Capture {

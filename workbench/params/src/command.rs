@@ -1,9 +1,6 @@
 //! `truing params`: the parameters of a servo, in force and stored; and from a model to parameters.
 
-use super::firmware::{AxisFile, Firmware};
-use crate::device::commission_report::Params;
-use crate::device::link::{Client, found_text, store_text};
-use crate::device::{compensation, parameters};
+use crate::compensation;
 use anyhow::Context;
 use clap::{Args, Subcommand};
 use servo::link::protocol::{Command, Message};
@@ -12,6 +9,10 @@ use truing_core::text::input_error::InputError;
 use truing_files::model;
 use truing_report::console::files::Files;
 use truing_report::report::write_atomically;
+use truing_servo::commands::firmware::{AxisFile, Firmware};
+use truing_servo::device::commission_report::Params;
+use truing_servo::device::link::{Client, found_text, store_text};
+use truing_servo::device::parameters;
 
 /// Arguments of `truing params`.
 #[derive(Args, Debug)]
@@ -108,7 +109,7 @@ fn change(set: &Set) -> anyhow::Result<()> {
         parameters::set(&mut parameters, assignment)?;
     }
     if let Some(path) = &set.params {
-        parameters::adopt(&mut parameters, &Params::read(path)?);
+        parameters::adopt(&mut parameters, &Params::read(path)?)?;
     }
     client.command(Command::Restore(parameters), &mut |_| {})?;
     if set.save { save(&mut client) } else { Ok(()) }

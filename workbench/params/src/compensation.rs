@@ -9,20 +9,24 @@
 //! u₊ = (zone₊ + drop + (friction₊ − load)·R/Kt − offset) / gain        u₋ likewise with load and offset the other way
 //! ```
 //!
-//! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain.
+//! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain. A torque over the place becomes a table
+//! ([`crate::waves`]).
 //!
 //! A number is trusted as on the chip: a dead zone or a saturation whose half width of 95 % is below 12 % of it, gain and
 //! time constant together with the dead zones. And no effect in it may be one name of a tie, or from a verdict that leaves
 //! something unexplained (`standing` in the extended model).
 
-use crate::device::commission_report::{Kept, Params};
-use crate::device::motor::builtin;
+use crate::waves::{self, Wave};
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
+use servo::store::AxisParameters;
 use truing_core::system::effects::{self, OnChip};
 use truing_core::system::model::{Known, Model, NAMED};
 use truing_core::system::plant::physics::{Drive, Physics};
 use truing_core::text::input_error::InputError;
+use truing_servo::device::commission_report::{Kept, Params};
+use truing_servo::device::motor::builtin;
+use truing_servo::device::parameters::adopt;
 
 /// Half width of the 95 % interval, standard deviations.
 const U95: f64 = 1.96;
@@ -82,7 +86,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, false)).sqrt();
         number(name, pick, u95, doubtful(model, pick).or_else(|| goes_along(sure)))
     };
-    let params = Params {
+    let mut params = Params {
         mechanism: value.mechanism,
         dead_zone_pos_v,
         dead_zone_neg_v,
@@ -92,7 +96,43 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         time_constant_s: Some(linear("time_constant_s", |t| t.time_constant)),
         ..Params::nothing()
     };
-    Ok(Export { params, left_out: left_out(model), doubts })
+    let mut left_out = left_out(model);
+    left_out.extend(place_load(model, config, &mut params, &mut doubts)?);
+    Ok(Export { params, left_out, doubts })
+}
+
+/// The table of what is sure; what of it the loops with these numbers do not bear.
+fn place_load(
+    model: &Model,
+    config: &Config,
+    params: &mut Params,
+    doubts: &mut Vec<String>,
+) -> Result<Vec<String>, InputError> {
+    let mut beside = AxisParameters::new(*config);
+    adopt(&mut beside, params)?;
+    let mut sure = |wave: &Wave| {
+        let doubt = unsure(wave.name, model.standing(wave.name)).or_else(|| wave.doubt());
+        doubts.extend(doubt.iter().map(|doubt| format!("{}: {doubt}", wave.name)));
+        doubt.is_none()
+    };
+    let waves: Vec<Wave> = waves::waves(model).into_iter().filter(&mut sure).collect();
+    params.position_load = waves::table(&waves, config);
+    let shares = params.position_load.clone().map(|mut load| load.fit(&beside)).unwrap_or_default();
+    let part = |(wave, share): (&Wave, &f64)| {
+        let beyond = 100.0 * (1.0 - share);
+        (*share < 1.0)
+            .then(|| format!("{beyond:.0} % of {}, too steep or too large for the loops", wave.name))
+    };
+    Ok(waves.iter().zip(&shares).filter_map(part).collect())
+}
+
+/// Why a name is not to be trusted, if so.
+fn unsure(name: &str, standing: Option<&str>) -> Option<String> {
+    match standing? {
+        NAMED => None,
+        "tie" => Some(format!("{name} is one name of a tie; make the experiment that tells the names apart")),
+        _ => Some(format!("{name} comes from a verdict that leaves something unexplained")),
+    }
 }
 
 /// As on the chip, whose other numbers are trusted with the dead zones.
@@ -118,11 +158,7 @@ fn behind(model: &Model, pick: Pick) -> Vec<(&'static str, Option<&str>)> {
 
 /// Why the effects in a number are not to be trusted, if so.
 fn doubtful(model: &Model, pick: Pick) -> Option<String> {
-    behind(model, pick).into_iter().find_map(|(name, standing)| match standing? {
-        NAMED => None,
-        "tie" => Some(format!("{name} is one name of a tie; make the experiment that tells the names apart")),
-        _ => Some(format!("{name} comes from a verdict that leaves something unexplained")),
-    })
+    behind(model, pick).into_iter().find_map(|(name, standing)| unsure(name, standing))
 }
 
 fn too_wide(value: f64, u95: f64) -> Option<String> {

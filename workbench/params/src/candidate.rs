@@ -1,26 +1,31 @@
 //! From a log to other numbers for the servo: a first model, the gap workflow, what the firmware can take of its answer.
 
+use crate::compensation;
 use anyhow::bail;
+use servo::compensate::position_load::PositionLoad;
 use servo::config::Config;
+use servo::identify::estimate::Estimates;
 use servo::store::AxisParameters;
 use std::path::{Path, PathBuf};
 use truing_core::gap;
 use truing_core::outcome::{Outcome, Verdict};
 use truing_core::system::model::{self, Model};
 use truing_core::text::input_error::InputError;
-use truing_files::log::{self, Columns, Dynamic};
+use truing_files::log::{self, Columns, Dynamic, Log};
 use truing_report::report::{Exporter, model_file::ModelFile};
 use truing_servo::device::commission_report::{Found, Params};
-use truing_servo::device::compensation;
 use truing_servo::device::parameters::adopt;
 
 /// Relative tolerance (1 σ) of a first model's numbers: commissionings of drawn motors are off by a few percent.
 const FIRST_TOLERANCE: f64 = 0.05;
-/// Friction linear in the speed as a part of the damping, to begin with; a recording with an open bridge shows it. Bearings and grease of
-/// small motors lose a few per cent.
-const VISCOUS: f64 = 0.05;
+/// The same of numbers that the servo does not trust: gravity moves them by tens of percent. A factor of e.
+const DOUBTED_TOLERANCE: f64 = 1.0;
 /// Numbers that differ by less than this share are the same to the loops.
 const SAME: f64 = 0.02;
+/// Loads that differ by less than this share of their largest voltage are the same.
+const SAME_LOAD: f64 = 0.05;
+/// Places at which loads are compared.
+const PLACES: i32 = 4096;
 
 /// What was found in a log, and what came of it.
 #[derive(Clone)]
@@ -31,19 +36,20 @@ pub struct Analysed {
     pub extended: Model,
 }
 
-/// The linear model of what the servo knows of its motor; `None`: it knows no gain.
-pub fn first_model(parameters: &AxisParameters) -> Option<Model> {
+/// The linear model of what the servo knows of its motor, and whether it trusts that; `None`: it knows no gain.
+pub fn first_model(parameters: &AxisParameters, trusted: bool) -> Option<Model> {
     let known = known(parameters)?;
     let (gain, seconds) = (known.gain_rad_s_per_v.value?, known.time_constant_s.value?);
-    let Config { supply_nominal_v: supply, counts_per_rev, .. } = parameters.config;
+    let tolerance = if trusted { FIRST_TOLERANCE } else { DOUBTED_TOLERANCE };
+    let Config { supply_nominal_v: supply, counts_per_rev, gear_ratio, .. } = parameters.config;
     let text = format!(
         "schema = \"truing-model/1\"\n\n[model]\nkind = \"first_order\"\ndescription = \"what the servo knows of its motor\"\n\
-         gain_rad_s_per_v = {gain:?}\ntime_constant_s = {seconds:?}\nviscous_vs_per_rad = {:?}\n\n[tolerance]\n\
-         default = {FIRST_TOLERANCE}\nviscous_vs_per_rad = 1.0\n\n\
-         [supply]\nnominal_v = {supply:?}\nlimit_v = {supply:?}\n\n[encoder]\ncounts_per_rev = {counts_per_rev}\nside = \"motor\"\n",
-        VISCOUS / gain
+         gain_rad_s_per_v = {gain:?}\ntime_constant_s = {seconds:?}\nviscous_vs_per_rad = \"unknown\"\n\n[tolerance]\n\
+         default = {tolerance:?}\n\n[motor]\ngear_ratio = {gear_ratio:?}\n\n\
+         [supply]\nnominal_v = {supply:?}\nlimit_v = {supply:?}\n\n[encoder]\ncounts_per_rev = {counts_per_rev}\nside = \"motor\"\n"
     );
-    model::parse("first-model.toml", &text).ok()
+    // Coast-downs with an open bridge show how much of the damping is friction: the log completes it.
+    model::parse_draft("first-model.toml", &text).ok().map(|draft| draft.stated().clone())
 }
 
 /// What is known of the motor, in SI units.
@@ -54,7 +60,9 @@ pub fn known(parameters: &AxisParameters) -> Option<Found> {
 
 /// Runs the gap workflow on all logs as one record.
 pub fn analysed(model: &Model, logs: &[PathBuf]) -> anyhow::Result<Analysed> {
-    let record = record(logs)?;
+    let log = Log::Dynamic(record(logs)?);
+    let model = &gap::completed(model::parse_draft(&model.source, &model.source_text)?, &log)?;
+    let record = gap::as_record(log)?;
     let outcome = gap::run(model, &record, &[], &gap::Options::default(), &|_| {})?;
     let extended = match outcome.verdict {
         Verdict::Data | Verdict::InsufficientExcitation => model.clone(),
@@ -78,12 +86,18 @@ fn record(logs: &[PathBuf]) -> anyhow::Result<Dynamic> {
     Ok(record)
 }
 
-/// What the firmware would do with this model on top of what it knows; only trusted numbers replace others.
+/// What the firmware would do with this model on top of what it knows, and what of the model it cannot do; only trusted numbers replace
+/// others. `seen`: what a commissioning beside the model's load has found, which counts most.
 ///
 /// # Errors
 /// The model is of another axis, or a number in it is none.
-pub fn candidate(extended: &Model, base: &AxisParameters) -> Result<AxisParameters, InputError> {
-    let params = compensation::from_model(extended, &base.config)?.params;
+pub fn candidate(
+    extended: &Model,
+    base: &AxisParameters,
+    seen: Option<&Estimates>,
+) -> Result<(AxisParameters, Vec<String>), InputError> {
+    let export = compensation::from_model(extended, &base.config)?;
+    let (remarks, params) = (export.remarks(), export.params);
     let Params { dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, .. } = params;
     let voltages = [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v];
     let numbers = voltages.into_iter().chain([params.gain_rad_s_per_v, params.time_constant_s]).flatten();
@@ -91,13 +105,31 @@ pub fn candidate(extended: &Model, base: &AxisParameters) -> Result<AxisParamete
         let what = "a number that follows from it is none; look at the model";
         return Err(InputError::file(&extended.source, what));
     }
-    let mut candidate = *base;
-    adopt(&mut candidate, &params);
-    candidate.compensation = true;
+    let load = Params { position_load: params.position_load.clone(), ..Params::nothing() };
+    let mut candidate = AxisParameters { compensation: true, ..*base };
+    adopt(&mut candidate, &Params { position_load: None, ..params })?;
+    seen.into_iter().for_each(|seen| candidate.estimates.merge(seen));
+    // The loops of these numbers decide how much of the load they bear.
+    adopt(&mut candidate, &load)?;
     candidate
         .check()
         .map_err(|error| InputError(format!("the model asks for numbers that cannot be: {error:?}")))?;
-    Ok(candidate)
+    Ok((candidate, remarks))
+}
+
+/// Do both tables hold the same load?
+fn alike(a: &PositionLoad, b: &PositionLoad) -> bool {
+    let acts = |table: &PositionLoad| table.is_on() && table.is_trusted();
+    let voltage = |table: &PositionLoad, place: i32| {
+        if acts(table) { f64::from(table.voltage(place).0) } else { 0.0 }
+    };
+    let longest = a.period_counts().max(b.period_counts());
+    let places = (0..PLACES).map(|n| (i64::from(n) * i64::from(longest) / i64::from(PLACES)) as i32);
+    let (largest, apart) = places.fold((0.0f64, 0.0f64), |(largest, apart), place| {
+        let [a, b] = [a, b].map(|table| voltage(table, place));
+        (largest.max(a.abs()).max(b.abs()), apart.max((a - b).abs()))
+    });
+    apart <= SAME_LOAD * largest
 }
 
 /// Does the candidate say anything else than what is in force, beyond what both are sure of?
@@ -106,7 +138,8 @@ pub fn differs(candidate: &AxisParameters, base: &AxisParameters) -> bool {
         known(parameters).map(|found| found.numbers().map(|(.., number)| number))
     };
     let (Some(new), Some(old)) = (numbers(candidate), numbers(base)) else { return true };
-    let apart = candidate.compensation != base.compensation;
+    let apart =
+        candidate.compensation != base.compensation || !alike(&candidate.position_load, &base.position_load);
     apart
         || new.iter().zip(&old).any(|(new, old)| {
             match (new.value.filter(|_| new.trusted), old.value.filter(|_| old.trusted)) {

@@ -1,0 +1,100 @@
+//! Motors with gravity beside friction: the counter starts anywhere, the table acts in the session, and is put back like all else.
+
+use crate::rig::{Held, bench, bits, config, job, motor};
+use servo::compensate::position_load::{Harmonic, Load, PositionLoad};
+use servo::link::protocol::Command;
+use servo::store::AxisParameters;
+use trials::host_servo::{HostServo, Outside};
+use truing::device::link::Client;
+use truing::device::motor::{Builtin, Drive, Motor, Reading};
+use truing::improve::commands::improve::undone;
+use truing::improve::history::{self, Entry};
+use truing::improve::improving;
+use truing::text::input_error::InputError;
+
+/// A weight of 1.5 V and a friction of 1 V at the winding: Kt/R is 0.045 N m/V.
+const GRAVITY: &str =
+    "[known.coulomb_friction]\nlevel_nm = 0.045\n[known.gravity]\nmgl_nm = 0.0675\nphase_rad = 0.4\n";
+/// The counter at power-up.
+const COUNTER: i32 = 123_456;
+
+/// A motor whose counter starts somewhere.
+struct Shifted(Builtin);
+
+impl Motor for Shifted {
+    fn pass(&mut self, drive: &Drive) -> Result<Reading, InputError> {
+        let reading = self.0.pass(drive)?;
+        Ok(Reading { count: reading.count.wrapping_add(COUNTER), ..reading })
+    }
+}
+
+fn held(outside: &Outside) -> Held {
+    let motor = Builtin::new(&motor(GRAVITY), &config(), 3);
+    Held::new(HostServo::power_up(Box::new(Shifted(motor)), config(), outside), outside)
+}
+
+#[test]
+fn a_motor_with_gravity_and_friction_follows_several_times_better() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let held = held(&outside);
+    let budgeted = improving::Job { budget_s: 120.0, ..job(None, folder.path()) };
+    let found =
+        improving::run(bench(held.clone()), budgeted, &mut |text| println!("{text}")).expect("an end");
+    assert!(found.improved, "{}", found.why);
+    found.entries.iter().for_each(|entry| println!("{:?}", entry.numbers));
+    let table = found.in_force.expect("a set").position_load;
+    assert!(table.is_on() && table.is_trusted() && table.terms().count() == 1, "{table:?}");
+    let last = found.entries.iter().rfind(|entry| entry.kept).expect("an entry");
+    for it in &last.trial.as_ref().expect("a trial").motions {
+        assert!(it.ratio.low > 4.0, "{} {}", it.motion.name, it.ratio.text());
+    }
+    assert_eq!(bits(found.in_force), bits(*outside.stored.borrow()));
+    // It goes on acting in this life of the servo, and waits in the next one, in which it is none.
+    let bench = bench(held);
+    assert_eq!(bits(bench.in_force().expect("an answer")), bits(found.in_force));
+    let next = Outside { stored: outside.stored.clone(), ..Outside::default() };
+    let later = crate::rig::bench(self::held(&next));
+    assert_eq!(later.in_force().expect("an answer").expect("a set").position_load, PositionLoad::default());
+    undone(&bench, folder.path(), None).expect("an undo");
+    assert_eq!(bits(*outside.stored.borrow()), bits(None));
+}
+
+/// A table acts, a line is lost in the middle of a trial: the next command puts it back, and it acts.
+#[test]
+fn an_interruption_puts_a_table_back_and_it_acts() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let held = held(&outside);
+    let scale = config().build().expect("a scale");
+    let sine = Harmonic { cycles: 1, amplitude_v: 1.2, phase_rad: 0.1 };
+    let table = Load { period_counts: 2048, constant_v: 0.0, harmonics: &[sine] };
+    let table = table.build(&scale).expect("a table");
+    let mut client = Client::new(Box::new(held.clone()));
+    let known = AxisParameters { position_load: table, ..AxisParameters::new(config()) };
+    client.command(Command::Restore(known), &mut |_| {}).expect("restored");
+    client.command(Command::PositionLoad(table), &mut |_| {}).expect("it acts");
+    outside.lost_at.set(Some(9_000));
+    let ended = improving::run(bench(held.clone()), job(None, folder.path()), &mut |_| {});
+    assert!(ended.is_err(), "the line was lost");
+    outside.lost_at.set(None);
+    let bench = bench(held.clone());
+    improving::recover(&bench, folder.path(), &mut |_| {}).expect("the servo is back");
+    assert_eq!(
+        bits(bench.in_force().expect("an answer")),
+        bits(Some(known)),
+        "and it acts: one that waits is none"
+    );
+}
+
+#[test]
+fn an_entry_of_an_earlier_version_still_reads() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let entry = Entry::now(Some(AxisParameters::new(config())));
+    let mut json = serde_json::to_value(&entry).expect("JSON");
+    json.as_object_mut().expect("an object").remove("at");
+    json["before"].as_object_mut().expect("an object").remove("position_load");
+    std::fs::write(folder.path().join("history.jsonl"), json.to_string() + "\n").expect("a file");
+    let read = history::read(folder.path()).expect("a history");
+    assert_eq!(read[0].before, entry.before);
+    let error = format!("{:#}", history::read(&folder.path().join("none")).expect_err("no folder"));
+    assert!(error.contains("name a folder"), "{error}");
+}
