@@ -4,13 +4,13 @@
 //! not after `…FreeInstance`; arrays have as many elements as the call says; texts end with 0. Panics end here.
 
 #![allow(unsafe_code, non_snake_case)]
-#![allow(missing_docs, reason = "the standard describes them")]
+#![allow(missing_docs, clippy::missing_safety_doc, reason = "the standard describes them")]
 
 use crate::description::CATEGORY;
 use crate::instance::{Instance, Said, Snapshot, folder};
 use std::ffi::{CStr, CString, c_char, c_int, c_void};
 use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::ptr::null_mut;
 use std::slice::{from_raw_parts, from_raw_parts_mut};
 
@@ -46,18 +46,16 @@ impl Log {
         let category = text(CATEGORY);
         match self {
             Self::None => {}
-            Self::Two(logger, environment, name) => {
+            Self::Two(logger, whom, name) => {
                 // It is a format of printf.
                 let message = text(&message.replace('%', "%%"));
-                // SAFETY: the importer gave function and environment for this, and the texts live as long as the call.
-                unsafe {
-                    logger(*environment, name.as_ptr(), Status::Error, category.as_ptr(), message.as_ptr())
-                }
+                // SAFETY: the importer gave function and whom for this, and the texts live as long as the call.
+                unsafe { logger(*whom, name.as_ptr(), Status::Error, category.as_ptr(), message.as_ptr()) }
             }
-            Self::Three(logger, environment) => {
+            Self::Three(logger, whom) => {
                 let message = text(message);
                 // SAFETY: as above.
-                unsafe { logger(*environment, Status::Error, category.as_ptr(), message.as_ptr()) }
+                unsafe { logger(*whom, Status::Error, category.as_ptr(), message.as_ptr()) }
             }
         }
     }
@@ -88,12 +86,8 @@ fn refused(handle: *mut Handle, function: &str) -> Status {
 }
 
 /// A new instance as a handle; null if there is none.
-fn made(
-    log: Log,
-    resources: impl FnOnce() -> Said<PathBuf>,
-    token: impl FnOnce() -> Said<String>,
-) -> *mut Handle {
-    match tried(|why| log.error(why), || Instance::open(&resources()?, token()?.as_str())) {
+fn made(log: Log, resources: Said<PathBuf>, token: Said<String>) -> *mut Handle {
+    match tried(|why| log.error(why), || Instance::open(&resources?, &token?)) {
         Some(instance) => Box::into_raw(Box::new(Handle { instance, log })),
         None => null_mut(),
     }
@@ -130,249 +124,158 @@ unsafe fn array_mut<'a, T>(to: *mut T, count: usize) -> &'a mut [T] {
     if to.is_null() || count == 0 { &mut [] } else { unsafe { from_raw_parts_mut(to, count) } }
 }
 
-/// What both versions have under names of their own.
-macro_rules! shared {
-    ($get:ident $set:ident ($($count:ident)?); $free:ident $exit:ident $terminate:ident $reset:ident;
-     $keep:ident $restore:ident $drop:ident; $debug:ident($flag:ty);) => {
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $get(it: *mut Handle, at: *const u32, n: usize, to: *mut f64 $(, $count: usize)?) -> Status {
-            // SAFETY: as many references and values as the call says.
-            let (at, to) = unsafe { (array(at, n), array_mut(to, [n $(, $count)?].into_iter().last().unwrap_or(n))) };
-            with(it, |instance| instance.get(at, to))
-        }
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $set(it: *mut Handle, at: *const u32, n: usize, from: *const f64 $(, $count: usize)?) -> Status {
-            // SAFETY: as many references and values as the call says.
-            let (at, from) = unsafe { (array(at, n), array(from, [n $(, $count)?].into_iter().last().unwrap_or(n))) };
-            with(it, |instance| instance.set(at, from))
-        }
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $free(it: *mut Handle) {
-            if !it.is_null() {
-                // SAFETY: a handle of this library, for the last time.
-                drop(unsafe { Box::from_raw(it) });
-            }
-        }
-        #[unsafe(no_mangle)]
-        pub extern "C" fn $exit(it: *mut Handle) -> Status {
-            with(it, Instance::initialized)
-        }
-        #[unsafe(no_mangle)]
-        pub extern "C" fn $terminate(it: *mut Handle) -> Status {
-            with(it, |instance| Ok(instance.terminate()))
-        }
-        #[unsafe(no_mangle)]
-        pub extern "C" fn $reset(it: *mut Handle) -> Status {
-            with(it, |instance| Ok(instance.reset()))
-        }
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $keep(it: *mut Handle, kept: *mut *mut Snapshot) -> Status {
-            with(it, |instance| {
-                // SAFETY: a place for a pointer; where one stands it is a snapshot of this library, and is written over.
-                unsafe {
-                    match kept.as_mut().ok_or("there is no place for a state")? {
-                        place if place.is_null() => *place = Box::into_raw(Box::new(instance.snapshot())),
-                        place => **place = instance.snapshot(),
-                    }
-                }
-                Ok(())
-            })
-        }
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $restore(it: *mut Handle, kept: *const Snapshot) -> Status {
-            // SAFETY: null, or a snapshot of this library that is not yet free.
-            with(it, |instance| Ok(instance.restore(unsafe { kept.as_ref() }.ok_or("there is no state")?)))
-        }
-        #[unsafe(no_mangle)]
-        pub unsafe extern "C" fn $drop(it: *mut Handle, kept: *mut *mut Snapshot) -> Status {
-            with(it, |_| {
-                // SAFETY: null, or a place with null or a snapshot of this library, for the last time.
-                unsafe {
-                    if let Some(place) = kept.as_mut().filter(|place| !place.is_null()) {
-                        drop(Box::from_raw(std::mem::replace(place, null_mut())));
-                    }
-                }
-                Ok(())
-            })
-        }
-        #[unsafe(no_mangle)]
-        pub extern "C" fn $debug(it: *mut Handle, _: $flag, _: usize, _: *const Text) -> Status {
-            with(it, |_| Ok(()))
-        }
-    };
+/// # Safety
+/// As many references and values as the call says.
+unsafe fn get(it: *mut Handle, at: *const u32, n: usize, to: *mut f64, count: usize) -> Status {
+    // SAFETY: the caller's word.
+    let (at, to) = unsafe { (array(at, n), array_mut(to, count)) };
+    with(it, |instance| instance.get(at, to))
 }
 
-shared! {
-    fmi2GetReal fmi2SetReal();
-    fmi2FreeInstance fmi2ExitInitializationMode fmi2Terminate fmi2Reset;
-    fmi2GetFMUstate fmi2SetFMUstate fmi2FreeFMUstate;
-    fmi2SetDebugLogging(c_int);
-}
-shared! {
-    fmi3GetFloat64 fmi3SetFloat64(values);
-    fmi3FreeInstance fmi3ExitInitializationMode fmi3Terminate fmi3Reset;
-    fmi3GetFMUState fmi3SetFMUState fmi3FreeFMUState;
-    fmi3SetDebugLogging(u8);
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetTypesPlatform() -> Text {
-    c"default".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2GetVersion() -> Text {
-    c"2.0".as_ptr()
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi3GetVersion() -> Text {
-    c"3.0".as_ptr()
+/// # Safety
+/// As many references and values as the call says.
+unsafe fn set(it: *mut Handle, at: *const u32, n: usize, from: *const f64, count: usize) -> Status {
+    // SAFETY: the caller's word.
+    let (at, from) = unsafe { (array(at, n), array(from, count)) };
+    with(it, |instance| instance.set(at, from))
 }
 
 /// What the importer offers in FMI 2.0.
 #[repr(C)]
 pub struct Callbacks {
     logger: Option<Logger2>,
-    allocate: Pointer,
-    free: Pointer,
-    step_finished: Pointer,
+    /// Memory, its end, and the end of a step.
+    others: [Pointer; 3],
     environment: Pointer,
 }
 
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi2Instantiate(
-    name: Text,
-    kind: c_int,
-    guid: Text,
-    resources: Text,
-    callbacks: *const Callbacks,
-    _visible: c_int,
-    _logging: c_int,
-) -> *mut Handle {
-    // SAFETY: texts and callbacks live as long as the call.
-    let (name, guid, resources, callbacks) =
-        unsafe { (text(name).unwrap_or_default(), text(guid), text(resources), callbacks.as_ref()) };
-    let log = match callbacks.and_then(|it| Some((it.logger?, it.environment))) {
-        Some((logger, environment)) => Log::Two(logger, environment, CString::new(name).unwrap_or_default()),
-        None => Log::None,
+/// Functions of C, each under its name or under its names in both versions.
+macro_rules! exported {
+    ($($($name:ident)+: $arguments:tt -> $out:ty $body:block)*) => {
+        $(exported! { @all [$($name)+] $arguments $out $body })*
     };
-    if kind != 1 {
-        log.error("this FMU is for Co-Simulation; it has no Model Exchange");
-        return null_mut();
-    }
-    made(log, || folder(&resources?), || guid)
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3InstantiateCoSimulation(
-    _name: Text,
-    token: Text,
-    resources: Text,
-    _visible: u8,
-    _logging: u8,
-    _events: u8,
-    _early_return: u8,
-    _intermediate: *const u32,
-    _count: usize,
-    environment: Pointer,
-    logger: Option<Logger3>,
-    _update: Pointer,
-) -> *mut Handle {
-    // SAFETY: the texts live as long as the call.
-    let (token, resources) = unsafe { (text(token), text(resources)) };
-    let log = logger.map_or(Log::None, |logger| Log::Three(logger, environment));
-    made(log, || Ok(Path::new(&resources?).to_owned()), || token)
-}
-
-/// Instances of a kind that this FMU is not.
-macro_rules! never {
-    ($($name:ident($($type:ty),*);)*) => {$(
+    (@all [$($name:ident)+] $arguments:tt $out:ty $body:block) => {
+        $(exported! { @one $name $arguments $out $body })+
+    };
+    (@one $name:ident ($($argument:tt: $type:ty),*) $out:ty $body:block) => {
         #[unsafe(no_mangle)]
-        pub extern "C" fn $name($(_: $type),*) -> *mut Handle {
-            null_mut()
-        }
-    )*};
+        pub unsafe extern "C" fn $name($($argument: $type),*) -> $out $body
+    };
 }
 
-never! {
-    fmi3InstantiateModelExchange(Text, Text, Text, u8, u8, Pointer, Pointer);
-    fmi3InstantiateScheduledExecution(Text, Text, Text, u8, u8, Pointer, Pointer, Pointer, Pointer, Pointer);
-}
+exported! {
+    fmi2GetTypesPlatform: () -> Text { c"default".as_ptr() }
+    fmi2GetVersion: () -> Text { c"2.0".as_ptr() }
+    fmi3GetVersion: () -> Text { c"3.0".as_ptr() }
 
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2SetupExperiment(
-    it: *mut Handle,
-    _: c_int,
-    _: f64,
-    start: f64,
-    _: c_int,
-    _: f64,
-) -> Status {
-    with(it, |instance| instance.begin_at(start))
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2EnterInitializationMode(it: *mut Handle) -> Status {
-    with(it, |_| Ok(()))
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi3EnterInitializationMode(
-    it: *mut Handle,
-    _: u8,
-    _: f64,
-    start: f64,
-    _: u8,
-    _: f64,
-) -> Status {
-    with(it, |instance| instance.begin_at(start))
-}
-
-#[unsafe(no_mangle)]
-pub extern "C" fn fmi2DoStep(it: *mut Handle, from: f64, step: f64, _: c_int) -> Status {
-    with(it, |instance| instance.step(from, step))
-}
-
-#[unsafe(no_mangle)]
-pub unsafe extern "C" fn fmi3DoStep(
-    it: *mut Handle,
-    from: f64,
-    step: f64,
-    _: u8,
-    event: *mut u8,
-    terminate: *mut u8,
-    early: *mut u8,
-    reached: *mut f64,
-) -> Status {
-    let done = with(it, |instance| instance.step(from, step));
-    // SAFETY: null, or places for one value each.
-    unsafe {
-        [event, terminate, early].into_iter().filter_map(|flag| flag.as_mut()).for_each(|flag| *flag = 0);
-        if let Some(reached) = reached.as_mut() {
-            *reached = if done == Status::Ok { from + step } else { from };
+    fmi2Instantiate: (
+        name: Text, kind: c_int, guid: Text, resources: Text, callbacks: *const Callbacks, _: c_int, _: c_int
+    ) -> *mut Handle {
+        // SAFETY: texts and callbacks live as long as the call.
+        let (name, guid, resources, callbacks) = unsafe { (text(name), text(guid), text(resources), callbacks.as_ref()) };
+        let name = CString::new(name.unwrap_or_default()).unwrap_or_default();
+        let logger = callbacks.and_then(|it| Some((it.logger?, it.environment)));
+        let log = logger.map_or(Log::None, |(logger, environment)| Log::Two(logger, environment, name));
+        let resources = resources.and_then(|location| folder(&location));
+        let exchange = Err("this FMU is for Co-Simulation; it has no Model Exchange".into());
+        made(log, if kind == 1 { resources } else { exchange }, guid)
+    }
+    fmi3InstantiateCoSimulation: (
+        _: Text, token: Text, resources: Text, _: u8, _: u8, _: u8, _: u8, _: *const u32, _: usize, environment: Pointer,
+        logger: Option<Logger3>, _: Pointer
+    ) -> *mut Handle {
+        // SAFETY: the texts live as long as the call.
+        let (token, resources) = unsafe { (text(token), text(resources)) };
+        let log = logger.map_or(Log::None, |logger| Log::Three(logger, environment));
+        made(log, resources.map(PathBuf::from), token)
+    }
+    fmi3InstantiateModelExchange: (_: Text, _: Text, _: Text, _: u8, _: u8, _: Pointer, _: Pointer) -> *mut Handle { null_mut() }
+    fmi3InstantiateScheduledExecution: (
+        _: Text, _: Text, _: Text, _: u8, _: u8, _: Pointer, _: Pointer, _: Pointer, _: Pointer, _: Pointer
+    ) -> *mut Handle { null_mut() }
+    fmi2FreeInstance fmi3FreeInstance: (it: *mut Handle) -> () {
+        if !it.is_null() {
+            // SAFETY: a handle of this library, for the last time.
+            drop(unsafe { Box::from_raw(it) });
         }
     }
-    done
+
+    fmi2SetupExperiment: (it: *mut Handle, _: c_int, _: f64, start: f64, _: c_int, _: f64) -> Status {
+        with(it, |instance| instance.begin_at(start))
+    }
+    fmi2EnterInitializationMode: (it: *mut Handle) -> Status { with(it, |_| Ok(())) }
+    fmi3EnterInitializationMode: (it: *mut Handle, _: u8, _: f64, start: f64, _: u8, _: f64) -> Status {
+        with(it, |instance| instance.begin_at(start))
+    }
+    fmi2ExitInitializationMode fmi3ExitInitializationMode: (it: *mut Handle) -> Status { with(it, Instance::initialized) }
+    fmi2Terminate fmi3Terminate: (it: *mut Handle) -> Status { with(it, Instance::terminate) }
+    fmi2Reset fmi3Reset: (it: *mut Handle) -> Status { with(it, Instance::reset) }
+    fmi2SetDebugLogging: (it: *mut Handle, _: c_int, _: usize, _: *const Text) -> Status { with(it, |_| Ok(())) }
+    fmi3SetDebugLogging: (it: *mut Handle, _: u8, _: usize, _: *const Text) -> Status { with(it, |_| Ok(())) }
+
+    // SAFETY of the next four: as many references and values as the call says.
+    fmi2GetReal: (it: *mut Handle, at: *const u32, n: usize, to: *mut f64) -> Status { unsafe { get(it, at, n, to, n) } }
+    fmi2SetReal: (it: *mut Handle, at: *const u32, n: usize, from: *const f64) -> Status { unsafe { set(it, at, n, from, n) } }
+    fmi3GetFloat64: (it: *mut Handle, at: *const u32, n: usize, to: *mut f64, count: usize) -> Status {
+        unsafe { get(it, at, n, to, count) }
+    }
+    fmi3SetFloat64: (it: *mut Handle, at: *const u32, n: usize, from: *const f64, count: usize) -> Status {
+        unsafe { set(it, at, n, from, count) }
+    }
+
+    fmi2DoStep: (it: *mut Handle, from: f64, step: f64, _: c_int) -> Status { with(it, |instance| instance.step(from, step)) }
+    fmi3DoStep: (
+        it: *mut Handle, from: f64, step: f64, _: u8, event: *mut u8, terminate: *mut u8, early: *mut u8, reached: *mut f64
+    ) -> Status {
+        let done = with(it, |instance| instance.step(from, step));
+        // SAFETY: null, or places for one value each.
+        unsafe {
+            [event, terminate, early].into_iter().filter_map(|flag| flag.as_mut()).for_each(|flag| *flag = 0);
+            if let Some(reached) = reached.as_mut() {
+                *reached = if done == Status::Ok { from + step } else { from };
+            }
+        }
+        done
+    }
+
+    fmi2GetFMUstate fmi3GetFMUState: (it: *mut Handle, kept: *mut *mut Snapshot) -> Status {
+        with(it, |instance| {
+            // SAFETY: a place for a pointer; where one stands it is a snapshot of this library, and is written over.
+            match unsafe { kept.as_mut() }.ok_or("there is no place for a state")? {
+                place if place.is_null() => *place = Box::into_raw(Box::new(instance.now.clone())),
+                place => unsafe { **place = instance.now.clone() },
+            }
+            Ok(())
+        })
+    }
+    fmi2SetFMUstate fmi3SetFMUState: (it: *mut Handle, kept: *const Snapshot) -> Status {
+        // SAFETY: null, or a snapshot of this library that is not yet free.
+        with(it, |instance| unsafe { kept.as_ref() }.map(|kept| instance.now = kept.clone()).ok_or("there is no state".into()))
+    }
+    fmi2FreeFMUstate fmi3FreeFMUState: (it: *mut Handle, kept: *mut *mut Snapshot) -> Status {
+        with(it, |_| {
+            // SAFETY: null, or a place with null or a snapshot of this library, for the last time.
+            if let Some(place) = unsafe { kept.as_mut() }.filter(|place| !place.is_null()) {
+                drop(unsafe { Box::from_raw(std::mem::replace(place, null_mut())) });
+            }
+            Ok(())
+        })
+    }
 }
 
-/// Functions that have to be there and have nothing to do: no other types, no events, no steps in the background.
+/// Functions that have to be there and have nothing to do: no events, no derivatives, no steps in the background.
 macro_rules! refusing {
-    ($($name:ident($($type:ty),*);)*) => {$(
-        #[unsafe(no_mangle)]
-        pub extern "C" fn $name(it: *mut Handle $(, _: $type)*) -> Status {
-            refused(it, stringify!($name))
-        }
+    ($($name:ident($($type:ty),*))*) => {$(
+        exported! { @one $name (it: *mut Handle $(, _: $type)*) Status { refused(it, stringify!($name)) } }
     )*};
 }
 
 /// Functions of types that no variable has: of no variable they are done.
 macro_rules! without_variables {
     (@one $name:ident ($($type:ty),*)) => {
-        #[unsafe(no_mangle)]
-        pub extern "C" fn $name(it: *mut Handle, _: *const u32, count: usize $(, _: $type)*) -> Status {
+        exported! { @one $name (it: *mut Handle, _: *const u32, count: usize $(, _: $type)*) Status {
             if count == 0 { with(it, |_| Ok(())) } else { refused(it, stringify!($name)) }
-        }
+        } }
     };
     ($($name:ident)*: $types:tt) => {
         $(without_variables! { @one $name $types })*
@@ -393,38 +296,21 @@ without_variables! { fmi3GetIntervalFraction: (Pointer, Pointer, Pointer) }
 without_variables! { fmi3GetOutputDerivatives: (Pointer, Pointer, usize) }
 
 refusing! {
-    fmi2SerializedFMUstateSize(Pointer, Pointer);
-    fmi2SerializeFMUstate(Pointer, Pointer, usize);
-    fmi2DeSerializeFMUstate(Pointer, usize, Pointer);
-    fmi2GetDirectionalDerivative(Pointer, usize, Pointer, usize, Pointer, Pointer);
-    fmi2CancelStep();
-    fmi2GetStatus(c_int, Pointer);
-    fmi2GetRealStatus(c_int, Pointer);
-    fmi2GetIntegerStatus(c_int, Pointer);
-    fmi2GetBooleanStatus(c_int, Pointer);
-    fmi2GetStringStatus(c_int, Pointer);
-    fmi3SerializedFMUStateSize(Pointer, Pointer);
-    fmi3SerializeFMUState(Pointer, Pointer, usize);
-    fmi3DeserializeFMUState(Pointer, usize, Pointer);
-    fmi3GetNumberOfVariableDependencies(u32, Pointer);
-    fmi3GetVariableDependencies(u32, Pointer, Pointer, Pointer, Pointer, usize);
-    fmi3GetDirectionalDerivative(Pointer, usize, Pointer, usize, Pointer, usize, Pointer, usize);
-    fmi3GetAdjointDerivative(Pointer, usize, Pointer, usize, Pointer, usize, Pointer, usize);
-    fmi3EnterConfigurationMode();
-    fmi3ExitConfigurationMode();
-    fmi3EnterEventMode();
-    fmi3EnterStepMode();
-    fmi3EvaluateDiscreteStates();
-    fmi3UpdateDiscreteStates(Pointer, Pointer, Pointer, Pointer, Pointer, Pointer);
-    fmi3EnterContinuousTimeMode();
-    fmi3CompletedIntegratorStep(u8, Pointer, Pointer);
-    fmi3SetTime(f64);
-    fmi3SetContinuousStates(Pointer, usize);
-    fmi3GetContinuousStateDerivatives(Pointer, usize);
-    fmi3GetEventIndicators(Pointer, usize);
-    fmi3GetContinuousStates(Pointer, usize);
-    fmi3GetNominalsOfContinuousStates(Pointer, usize);
-    fmi3GetNumberOfEventIndicators(Pointer);
-    fmi3GetNumberOfContinuousStates(Pointer);
-    fmi3ActivateModelPartition(u32, f64);
+    fmi2SerializedFMUstateSize(Pointer, Pointer) fmi2SerializeFMUstate(Pointer, Pointer, usize)
+    fmi2DeSerializeFMUstate(Pointer, usize, Pointer) fmi2CancelStep()
+    fmi2GetDirectionalDerivative(Pointer, usize, Pointer, usize, Pointer, Pointer)
+    fmi2GetStatus(c_int, Pointer) fmi2GetRealStatus(c_int, Pointer) fmi2GetIntegerStatus(c_int, Pointer)
+    fmi2GetBooleanStatus(c_int, Pointer) fmi2GetStringStatus(c_int, Pointer)
+    fmi3SerializedFMUStateSize(Pointer, Pointer) fmi3SerializeFMUState(Pointer, Pointer, usize)
+    fmi3DeserializeFMUState(Pointer, usize, Pointer) fmi3GetNumberOfVariableDependencies(u32, Pointer)
+    fmi3GetVariableDependencies(u32, Pointer, Pointer, Pointer, Pointer, usize)
+    fmi3GetDirectionalDerivative(Pointer, usize, Pointer, usize, Pointer, usize, Pointer, usize)
+    fmi3GetAdjointDerivative(Pointer, usize, Pointer, usize, Pointer, usize, Pointer, usize)
+    fmi3EnterConfigurationMode() fmi3ExitConfigurationMode() fmi3EnterEventMode() fmi3EnterStepMode()
+    fmi3EvaluateDiscreteStates() fmi3UpdateDiscreteStates(Pointer, Pointer, Pointer, Pointer, Pointer, Pointer)
+    fmi3EnterContinuousTimeMode() fmi3CompletedIntegratorStep(u8, Pointer, Pointer) fmi3SetTime(f64)
+    fmi3SetContinuousStates(Pointer, usize) fmi3GetContinuousStateDerivatives(Pointer, usize)
+    fmi3GetEventIndicators(Pointer, usize) fmi3GetContinuousStates(Pointer, usize)
+    fmi3GetNominalsOfContinuousStates(Pointer, usize) fmi3GetNumberOfEventIndicators(Pointer)
+    fmi3GetNumberOfContinuousStates(Pointer) fmi3ActivateModelPartition(u32, f64)
 }

@@ -33,21 +33,16 @@ pub fn token(model: &str) -> String {
     format!("{{{}}}", Uuid::new_v5(&TRUING, text.as_bytes()))
 }
 
-/// The file. `model`: the text of the model file; `about`: what the model is; `made`: when.
-pub fn xml(
-    version: Version,
-    model: &str,
-    about: &str,
-    variables: &[Variable],
-    made: Timestamp,
-) -> io::Result<Vec<u8>> {
+/// The file, of now. `model`: the text of the model file; `about`: what the model is.
+pub fn xml(version: Version, model: &str, about: &str, variables: &[Variable]) -> io::Result<Vec<u8>> {
     let mut out = Writer::new_with_indent(Vec::new(), b' ', 2);
     out.write_event(Event::Decl(BytesDecl::new("1.0", Some("UTF-8"), None)))?;
-    let (number, token_key) = match version {
-        Version::Two => ("2.0", "guid"),
-        Version::Three => ("3.0", "instantiationToken"),
+    let (number, token_key, state) = match version {
+        Version::Two => ("2.0", "guid", "canGetAndSetFMUstate"),
+        Version::Three => ("3.0", "instantiationToken", "canGetAndSetFMUState"),
     };
-    let made = made.strftime("%Y-%m-%dT%H:%M:%SZ").to_string();
+    let made = Timestamp::now().strftime("%Y-%m-%dT%H:%M:%SZ").to_string();
+    let steps = "canHandleVariableCommunicationStepSize";
     let head = [
         ("fmiVersion", number),
         ("modelName", LIBRARY),
@@ -58,67 +53,50 @@ pub fn xml(
         ("variableNamingConvention", "structured"),
     ];
     out.create_element("fmiModelDescription").with_attributes(head).write_inner_content(|out| {
-        simulation(out, version)?;
+        empty(out, "CoSimulation", &[("modelIdentifier", LIBRARY), (steps, "true"), (state, "true")])?;
         units(out, variables)?;
         let category = [("name", CATEGORY), ("description", "Why a call cannot be done")];
-        nested(out, "LogCategories", |out| empty(out, "Category", category))?;
-        empty(out, "DefaultExperiment", [("startTime", "0"), ("stopTime", "5"), ("stepSize", STEP)])?;
+        nested(out, "LogCategories", |out| empty(out, "Category", &category))?;
+        empty(out, "DefaultExperiment", &[("startTime", "0"), ("stopTime", "5"), ("stepSize", STEP)])?;
         nested(out, "ModelVariables", |out| listed(out, version, variables))?;
         nested(out, "ModelStructure", |out| structure(out, version, variables))
     })?;
     Ok(out.into_inner())
 }
 
-fn empty<'a>(
-    out: &mut Xml,
-    name: &str,
-    with: impl IntoIterator<Item = (&'a str, &'a str)>,
-) -> io::Result<()> {
-    out.create_element(name).with_attributes(with).write_empty().map(|_| ())
+fn empty(out: &mut Xml, name: &str, with: &[(&str, &str)]) -> io::Result<()> {
+    out.create_element(name).with_attributes(with.iter().copied()).write_empty().map(|_| ())
 }
 
 fn nested(out: &mut Xml, name: &str, inside: impl FnOnce(&mut Xml) -> io::Result<()>) -> io::Result<()> {
     out.create_element(name).write_inner_content(inside).map(|_| ())
 }
 
-fn simulation(out: &mut Xml, version: Version) -> io::Result<()> {
-    let state = match version {
-        Version::Two => "canGetAndSetFMUstate",
-        Version::Three => "canGetAndSetFMUState",
-    };
-    let can =
-        [("modelIdentifier", LIBRARY), ("canHandleVariableCommunicationStepSize", "true"), (state, "true")];
-    empty(out, "CoSimulation", can)
-}
-
 fn units(out: &mut Xml, variables: &[Variable]) -> io::Result<()> {
-    let mut names: Vec<&str> = variables.iter().map(|variable| variable.unit.as_str()).collect();
+    let mut names: Vec<&str> =
+        variables.iter().map(|it| it.unit.as_str()).filter(|it| !it.is_empty()).collect();
     names.sort_unstable();
     names.dedup();
     nested(out, "UnitDefinitions", |out| {
-        for (name, exponents) in names.into_iter().filter_map(|name| Some((name, exponents(name)?))) {
-            if name.is_empty() {
-                continue;
-            }
-            out.create_element("Unit").with_attribute(("name", name)).write_inner_content(|out| {
-                let powers = BASE.into_iter().zip(exponents).filter(|(_, power)| *power != 0);
-                let powers: Vec<(&str, String)> =
-                    powers.map(|(base, power)| (base, power.to_string())).collect();
-                empty(out, "BaseUnit", powers.iter().map(|(base, power)| (*base, power.as_str())))
-            })?;
-        }
-        Ok(())
+        names.into_iter().try_for_each(|name| {
+            let of = exponents(name).unwrap_or_default().map(|power| power.to_string());
+            let powers =
+                BASE.into_iter().zip(of.iter().map(String::as_str)).filter(|(_, power)| *power != "0");
+            let powers: Vec<(&str, &str)> = powers.collect();
+            let unit = out.create_element("Unit").with_attribute(("name", name));
+            unit.write_inner_content(|out| empty(out, "BaseUnit", &powers)).map(|_| ())
+        })
     })
 }
 
 fn listed(out: &mut Xml, version: Version, variables: &[Variable]) -> io::Result<()> {
     for (reference, variable) in variables.iter().enumerate() {
         let (reference, start) = (reference.to_string(), variable.start.to_string());
-        let (causality, variability, initial) = match variable.role {
-            Role::Time => ("independent", "continuous", None),
-            Role::Parameter(_) => ("parameter", "fixed", Some("exact")),
-            Role::Input(_) => ("input", "continuous", None),
-            Role::Output(_) => ("output", "continuous", Some("calculated")),
+        let (causality, variability, initial, given) = match variable.role {
+            Role::Time => ("independent", "continuous", None, false),
+            Role::Parameter(_) => ("parameter", "fixed", Some("exact"), true),
+            Role::Input(_) => ("input", "continuous", None, true),
+            Role::Output(_) => ("output", "continuous", Some("calculated"), false),
         };
         let mut kept = vec![
             ("name", variable.name.as_str()),
@@ -128,16 +106,14 @@ fn listed(out: &mut Xml, version: Version, variables: &[Variable]) -> io::Result
             ("variability", variability),
         ];
         kept.extend(initial.map(|initial| ("initial", initial)));
-        let unit = (!variable.unit.is_empty()).then_some(("unit", variable.unit.as_str()));
-        let given = matches!(variable.role, Role::Parameter(_) | Role::Input(_));
-        let typed = unit.into_iter().chain(given.then_some(("start", start.as_str())));
-        match version {
-            Version::Three => empty(out, "Float64", kept.into_iter().chain(typed))?,
-            Version::Two => {
-                let scalar = out.create_element("ScalarVariable").with_attributes(kept);
-                scalar.write_inner_content(|out| empty(out, "Real", typed))?;
-            }
+        let mut typed = vec![("unit", variable.unit.as_str()), ("start", &start)];
+        typed.retain(|(key, value)| if *key == "unit" { !value.is_empty() } else { given });
+        if version == Version::Three {
+            empty(out, "Float64", &[kept, typed].concat())?;
+            continue;
         }
+        let scalar = out.create_element("ScalarVariable").with_attributes(kept);
+        scalar.write_inner_content(|out| empty(out, "Real", &typed))?;
     }
     Ok(())
 }
@@ -146,6 +122,8 @@ fn listed(out: &mut Xml, version: Version, variables: &[Variable]) -> io::Result
 fn structure(out: &mut Xml, version: Version, variables: &[Variable]) -> io::Result<()> {
     let outputs = variables.iter().enumerate().filter(|(_, it)| matches!(it.role, Role::Output(_)));
     let outputs: Vec<usize> = outputs.map(|(reference, _)| reference).collect();
+    let unknown =
+        |out: &mut Xml, name: &str, which: (&str, &str)| empty(out, name, &[which, ("dependencies", "")]);
     match version {
         Version::Three => ["Output", "InitialUnknown"].into_iter().try_for_each(|element| {
             outputs.iter().try_for_each(|at| unknown(out, element, ("valueReference", &at.to_string())))
@@ -157,8 +135,4 @@ fn structure(out: &mut Xml, version: Version, variables: &[Variable]) -> io::Res
             })
         }),
     }
-}
-
-fn unknown(out: &mut Xml, element: &str, which: (&str, &str)) -> io::Result<()> {
-    empty(out, element, [which, ("dependencies", "")])
 }

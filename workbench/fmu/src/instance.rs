@@ -29,7 +29,8 @@ pub type Said<T = ()> = Result<T, String>;
 pub struct Instance {
     model: Model,
     variables: Vec<Variable>,
-    now: Snapshot,
+    /// What an importer may keep and bring back.
+    pub now: Snapshot,
 }
 
 /// All that changes: what `GetFMUState` keeps.
@@ -41,6 +42,13 @@ pub struct Snapshot {
     start_s: f64,
 }
 
+impl Snapshot {
+    fn before(variables: &[Variable]) -> Self {
+        let values = variables.iter().map(|variable| variable.start).collect();
+        Self { values, run: None, phase: Phase::Before, start_s: 0.0 }
+    }
+}
+
 impl Instance {
     /// From the folder of the resources. `wanted`: the token of `modelDescription.xml`.
     pub fn open(resources: &Path, wanted: &str) -> Said<Self> {
@@ -50,9 +58,7 @@ impl Instance {
         let model = model::parse("resources/model.toml", &text).map_err(|error| error.0)?;
         if token(&text) != wanted {
             return Err(
-                "modelDescription.xml belongs to another resources/model.toml or another version of Truing; \
-                export the FMU again"
-                    .into(),
+                "modelDescription.xml belongs to another model or version; export the FMU again".into()
             );
         }
         Self::of(model)
@@ -61,8 +67,7 @@ impl Instance {
     /// Of a model.
     pub fn of(model: Model) -> Said<Self> {
         let variables = variables::of(&model).map_err(|error| error.0)?;
-        let values = variables.iter().map(|variable| variable.start).collect();
-        let now = Snapshot { values, run: None, phase: Phase::Before, start_s: 0.0 };
+        let now = Snapshot::before(&variables);
         Ok(Self { model, variables, now })
     }
 
@@ -82,31 +87,24 @@ impl Instance {
 
     /// Ends the initialization.
     pub fn initialized(&mut self) -> Said {
-        self.settable()?;
+        if self.now.phase != Phase::Before {
+            return Err("it is initialized already; reset it first".into());
+        }
         self.run()?;
         self.now.phase = Phase::Runs;
         Ok(())
     }
 
     /// Ends the run.
-    pub fn terminate(&mut self) {
+    pub fn terminate(&mut self) -> Said {
         self.now.phase = Phase::Over;
+        Ok(())
     }
 
     /// As it was when it was made.
-    pub fn reset(&mut self) {
-        let values = self.variables.iter().map(|variable| variable.start).collect();
-        self.now = Snapshot { values, run: None, phase: Phase::Before, start_s: 0.0 };
-    }
-
-    /// What was kept of an earlier moment.
-    pub fn restore(&mut self, kept: &Snapshot) {
-        self.now = kept.clone();
-    }
-
-    /// What there is to keep.
-    pub fn snapshot(&self) -> Snapshot {
-        self.now.clone()
+    pub fn reset(&mut self) -> Said {
+        self.now = Snapshot::before(&self.variables);
+        Ok(())
     }
 
     /// Sets variables.
@@ -124,14 +122,12 @@ impl Instance {
         match (variable.role, self.now.phase) {
             (Role::Time | Role::Output(_), _) => Err(format!("{name} is calculated and cannot be set")),
             (Role::Parameter(_), Phase::Runs) => {
-                Err(format!("{name} is a fixed number; set it before the initialization ends"))
+                Err(format!("{name} is a fixed number; set it before the start"))
             }
             (_, Phase::Over) => Err(format!("the run is over; {name} can be set after a reset")),
             _ => {
                 self.now.values[reference as usize] = value;
-                if self.now.phase == Phase::Before {
-                    self.now.run = None;
-                }
+                self.now.run.take_if(|_| self.now.phase == Phase::Before);
                 Ok(())
             }
         }
@@ -142,8 +138,8 @@ impl Instance {
         same_length(references, values)?;
         for (reference, value) in references.iter().zip(values) {
             *value = match self.variable(*reference)?.role {
-                Role::Time => self.now.start_s + self.now.run.as_ref().map_or(0.0, Run::now_s),
-                Role::Output(output) => variables::read(output, self.run()?),
+                Role::Time => self.now.start_s + self.now.run.as_ref().map_or(0.0, |run| run.now_s),
+                Role::Output(output) => output(self.run()?.state()),
                 _ => self.now.values[*reference as usize],
             };
         }
@@ -152,13 +148,12 @@ impl Instance {
 
     /// Advances from one communication point to the next.
     pub fn step(&mut self, from_s: f64, step_s: f64) -> Said {
-        if self.now.phase != Phase::Runs {
-            return Err("a step comes after the initialization and before the end of the run".into());
-        }
         let start_s = self.now.start_s;
         let (variables, values) = (&self.variables, &self.now.values);
-        let Some(run) = &mut self.now.run else { return Err("nothing was initialized".into()) };
-        let now_s = start_s + run.now_s();
+        let (Phase::Runs, Some(run)) = (self.now.phase, &mut self.now.run) else {
+            return Err("a step comes after the initialization and before the end of the run".into());
+        };
+        let now_s = start_s + run.now_s;
         if (from_s - now_s).abs() > SAME_TIME * now_s.abs().max(1.0) {
             return Err(format!("the step begins at {from_s} s, but the FMU is at {now_s} s"));
         }
@@ -182,13 +177,6 @@ impl Instance {
             None => variables::run(&self.model, &self.variables, &self.now.values)?,
         };
         Ok(self.now.run.insert(made))
-    }
-
-    fn settable(&self) -> Said {
-        match self.now.phase {
-            Phase::Before => Ok(()),
-            _ => Err("it is initialized already; reset it first".into()),
-        }
     }
 
     fn variable(&self, reference: u32) -> Said<&Variable> {

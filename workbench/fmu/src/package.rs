@@ -2,7 +2,6 @@
 
 use crate::description::{Version, xml};
 use crate::{LIBRARY, MODEL, variables};
-use jiff::Timestamp;
 use std::env::consts::{ARCH, DLL_EXTENSION, DLL_PREFIX, DLL_SUFFIX, OS};
 use std::io::{Cursor, Write};
 use std::path::{Path, PathBuf};
@@ -22,7 +21,7 @@ pub fn packed(model: &Model, version: Version, library: &Path) -> Result<Vec<u8>
     let text =
         |key: &str| model.texts.iter().find(|it| it.0.is_empty() && it.1 == key).map(|it| it.2.as_str());
     let about = text("description").or(text("id")).unwrap_or("A motor model of Truing");
-    let description = xml(version, &model.source_text, about, &variables, Timestamp::now())
+    let description = xml(version, &model.source_text, about, &variables)
         .map_err(|error| InputError::file("modelDescription.xml", error))?;
     let files = [
         ("modelDescription.xml".to_owned(), description.as_slice()),

@@ -8,7 +8,7 @@ use servo::axis::Bridge;
 use std::collections::VecDeque;
 use truing_core::gap::dataset::pieces;
 use truing_core::gap::fit::FINE;
-use truing_core::system::plant::dynamics::{Dynamics, Kept};
+use truing_core::system::plant::dynamics::{Coefficients, Dynamics};
 use truing_core::system::plant::features::Features;
 use truing_core::system::plant::laws::{Acts, Law, TorqueLaw};
 use truing_core::system::plant::physics::Physics;
@@ -45,7 +45,8 @@ pub struct Run {
     whole: Moment,
     /// At the last communication point.
     shown: Moment,
-    now_s: f64,
+    /// Time since the start, s.
+    pub now_s: f64,
 }
 
 /// All that changes on the way.
@@ -53,7 +54,7 @@ pub struct Run {
 struct Moment {
     time_s: f64,
     state: State,
-    kept: Kept,
+    winding: Coefficients,
     /// The command behind the lag of the drive.
     lagged: f64,
     delayed: Delayed,
@@ -79,18 +80,13 @@ impl Run {
         let start = Moment {
             time_s: 0.0,
             state: State::moving(&plant, 0.0, 0.0),
-            kept: Dynamics::new(&plant, features).kept(),
+            winding: Dynamics::new(&plant, features).coefficients,
             lagged: 0.0,
             delayed: Delayed::default(),
         };
         let longest_s = features.longest_step(FINE);
         let (whole, shown) = (start.clone(), start);
         Self { plant, features, longest_s, row_s, inputs, since_s: 0.0, rows: 0, whole, shown, now_s: 0.0 }
-    }
-
-    /// Time since the start, s.
-    pub fn now_s(&self) -> f64 {
-        self.now_s
     }
 
     /// Supply without load, V.
@@ -134,32 +130,29 @@ impl Run {
             whole.time_s = end;
             self.rows += 1;
         }
-        self.shown = whole.clone();
-        self.whole = whole;
-        let rest = to_s - self.whole.time_s;
+        let (mut shown, rest) = (whole.clone(), to_s - whole.time_s);
         if rest > little {
-            let mut tried = self.whole.clone();
-            self.row(&mut tried, rest);
-            self.shown = tried;
+            self.row(&mut shown, rest);
         }
-        self.now_s = to_s;
+        (self.whole, self.shown, self.now_s) = (whole, shown, to_s);
     }
 
     fn row(&self, moment: &mut Moment, length: f64) {
         let applied = self.applied(moment, length);
         let delay = self.plant.delay_s;
         if delay > 0.0 {
-            moment.delayed.push(moment.time_s, applied, length);
+            moment.delayed.rows.push_back((moment.time_s, moment.delayed.area, applied));
+            moment.delayed.area += applied * length;
         }
         let pieces = pieces(length, self.longest_s);
         let h = length / pieces;
-        let mut dynamics = Dynamics::resumed(&self.plant, self.features, moment.kept);
+        let mut dynamics = Dynamics::resumed(&self.plant, self.features, moment.winding);
         for piece in 0..pieces as usize {
             let end = moment.time_s + (piece + 1) as f64 * h;
             let mean = if delay > 0.0 { moment.delayed.up_to(end - delay) * (1.0 / h) } else { applied };
             dynamics.advance(&mut moment.state, mean, Bridge::Driven, h, None);
         }
-        moment.kept = dynamics.kept();
+        moment.winding = dynamics.coefficients;
         moment.time_s += length;
     }
 
@@ -178,11 +171,6 @@ impl Run {
 }
 
 impl Delayed {
-    fn push(&mut self, start: f64, applied: f64, length: f64) {
-        self.rows.push_back((start, self.area, applied));
-        self.area += applied * length;
-    }
-
     /// What was added since the last piece ended. Nothing acted before the first row.
     fn up_to(&mut self, time: f64) -> f64 {
         while self.rows.get(1).is_some_and(|next| next.0 < time) {

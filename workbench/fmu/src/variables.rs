@@ -5,13 +5,14 @@ use truing_core::system::effects::{linear_key, linear_unit};
 use truing_core::system::model::table::{BASE, Takes, find};
 use truing_core::system::model::{Kind, Known, Model};
 use truing_core::system::plant::physics::Drive;
+use truing_core::system::plant::state::State;
 use truing_core::text::input_error::InputError;
 
 /// Length of a row, s, where nobody sets another one. By judgement: a usual rate of logs; inner steps are as fine as the motor asks for.
 const ROW_S: f64 = 1e-3;
 
 /// One variable; its place in the list is its value reference.
-#[derive(Clone, Debug, PartialEq)]
+#[derive(Clone, Debug)]
 pub struct Variable {
     /// Its name.
     pub name: String,
@@ -26,16 +27,16 @@ pub struct Variable {
 }
 
 /// What a variable is for.
-#[derive(Clone, Copy, Debug, PartialEq)]
+#[derive(Clone, Copy, Debug)]
 pub enum Role {
     /// The time.
     Time,
     /// A number of the model, as long as nothing runs.
     Parameter(Number),
     /// Set at communication points.
-    Input(Input),
+    Input(fn(&mut Inputs) -> &mut f64),
     /// Read at communication points.
-    Output(Output),
+    Output(fn(&State) -> f64),
 }
 
 /// A number.
@@ -49,35 +50,9 @@ pub enum Number {
     Row,
 }
 
-/// An input.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the fields of `Inputs`")]
-pub enum Input {
-    Drive,
-    Load,
-    Supply,
-}
-
-/// An output.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the table below says it")]
-pub enum Output {
-    Speed,
-    Position,
-    Current,
-    ShaftSpeed,
-    ShaftPosition,
-}
-
 /// All of them, of a model whose FMU can be made.
 pub fn of(model: &Model) -> Result<Vec<Variable>, InputError> {
-    let time = Variable {
-        name: "time".into(),
-        about: "Time".into(),
-        unit: "s".into(),
-        role: Role::Time,
-        start: 0.0,
-    };
+    let time = variable("time", "s", Role::Time, 0.0, "Time");
     let mut all = vec![time];
     all.extend(inputs(model)?);
     all.extend(outputs(model));
@@ -91,33 +66,29 @@ fn variable(name: &str, unit: &str, role: Role, start: f64, about: &str) -> Vari
 
 fn inputs(model: &Model) -> Result<Vec<Variable>, InputError> {
     let plant = model.physics();
-    let input = |name, unit, input, start, about| variable(name, unit, Role::Input(input), start, about);
+    let drive = Role::Input(|inputs| &mut inputs.drive);
     let mut all = vec![match plant.drive {
-        Drive::Voltage => input("voltage", "V", Input::Drive, 0.0, "Voltage at the terminals"),
+        Drive::Voltage => variable("voltage", "V", drive, 0.0, "Voltage at the terminals"),
         Drive::Torque => {
-            input("input", "", Input::Drive, 0.0, "Input of the drive; drive_gain turns it into a torque")
+            variable("input", "", drive, 0.0, "Input of the drive; drive_gain turns it into a torque")
         }
     }];
-    let load = "External torque on the shaft, positive drives the speed upwards";
-    match model.kind {
-        Kind::FirstOrder { .. } => {}
-        _ if model.linear() => all.push(input(
-            "load_force",
-            "N",
-            Input::Load,
-            0.0,
-            "External force, positive drives the speed upwards",
-        )),
-        _ => all.push(input("load_torque", "N m", Input::Load, 0.0, load)),
+    // A first-order model knows no torque.
+    if !matches!(model.kind, Kind::FirstOrder { .. }) {
+        let (name, unit) = if model.linear() { ("load_force", "N") } else { ("load_torque", "N m") };
+        let load = Role::Input(|inputs| &mut inputs.load);
+        all.push(variable(name, unit, load, 0.0, "From outside; positive drives the speed upwards"));
     }
     if plant.source_ohm > 0.0 && plant.drive == Drive::Voltage {
-        let Some(supply) = model.supply_nominal_v else {
-            return Err(InputError::file(
-                &model.source,
-                "its supply sags, but nobody knows from where; add nominal_v = … under [supply]",
-            ));
-        };
-        all.push(input("supply", "V", Input::Supply, supply, "Supply without load"));
+        let why = "its supply sags, but nobody knows from where; add nominal_v = … under [supply]";
+        let supply = model.supply_nominal_v.ok_or_else(|| InputError::file(&model.source, why))?;
+        all.push(variable(
+            "supply",
+            "V",
+            Role::Input(|inputs| &mut inputs.supply_v),
+            supply,
+            "Supply without load",
+        ));
     }
     Ok(all)
 }
@@ -127,27 +98,22 @@ fn outputs(model: &Model) -> Vec<Variable> {
         true => ("m/s", "m", "position"),
         false => ("rad/s", "rad", "angle"),
     };
-    let output = |name: &str, unit, output, about| variable(name, unit, Role::Output(output), 0.0, about);
+    let output = |name: &str, unit, of, about| variable(name, unit, Role::Output(of), 0.0, about);
     let mut all = vec![
-        output("speed", speed, Output::Speed, "Speed as the sensor reports it"),
-        output(position, place, Output::Position, "Integral of the reported speed"),
+        output("speed", speed, |state: &State| state.reading, "Speed as the sensor reports it"),
+        output(position, place, |state| state.reading_integral, "Integral of the reported speed"),
+        output("shaft_speed", speed, |state| state.omega, "True speed of the motor"),
+        output(&format!("shaft_{position}"), place, |state| state.theta, "True place of the motor"),
     ];
     if matches!(model.kind, Kind::DcMotor { .. }) {
-        all.push(output("current", "A", Output::Current, "Current in the winding"));
+        all.push(output("current", "A", |state| state.current, "Current in the winding"));
     }
-    all.push(output("shaft_speed", speed, Output::ShaftSpeed, "True speed of the motor"));
-    all.push(output(&format!("shaft_{position}"), place, Output::ShaftPosition, "True place of the motor"));
     all
 }
 
 fn numbers(model: &Model) -> Vec<Variable> {
-    let mut all = vec![variable(
-        "row_s",
-        "s",
-        Role::Parameter(Number::Row),
-        ROW_S,
-        "The plant is simulated as by truing simulate from a log with a row at every change of an input and every row_s after it",
-    )];
+    let row = "The plant is simulated as from a log with a row at every change of an input and every row_s after it";
+    let mut all = vec![variable("row_s", "s", Role::Parameter(Number::Row), ROW_S, row)];
     for (key, value) in model.parameters() {
         let row = BASE.iter().find_map(|section| find(section, key));
         let (about, unit) = row.map_or(("", ""), |row| (row.about, row.unit));
@@ -175,18 +141,6 @@ fn known_number(model: &Model, known: &Known, which: usize, place: usize) -> Var
     variable(&format!("{}.{key}", effect.name), &unit, role, known.values[place], &about)
 }
 
-/// What an output is now.
-pub fn read(output: Output, run: &Run) -> f64 {
-    let state = run.state();
-    match output {
-        Output::Speed => state.reading,
-        Output::Position => state.reading_integral,
-        Output::Current => state.current,
-        Output::ShaftSpeed => state.omega,
-        Output::ShaftPosition => state.theta,
-    }
-}
-
 /// The plant with these values in the place of the model's, at rest.
 pub fn run(model: &Model, variables: &[Variable], values: &[f64]) -> Result<Run, String> {
     let (mut model, mut row_s) = (model.clone(), ROW_S);
@@ -209,11 +163,8 @@ pub fn run(model: &Model, variables: &[Variable], values: &[f64]) -> Result<Run,
 pub fn inputs_of(variables: &[Variable], values: &[f64], supply_v: f64) -> Inputs {
     let mut inputs = Inputs { drive: 0.0, load: 0.0, supply_v };
     for (variable, value) in variables.iter().zip(values) {
-        match variable.role {
-            Role::Input(Input::Drive) => inputs.drive = *value,
-            Role::Input(Input::Load) => inputs.load = *value,
-            Role::Input(Input::Supply) => inputs.supply_v = *value,
-            _ => {}
+        if let Role::Input(place) = variable.role {
+            *place(&mut inputs) = *value;
         }
     }
     inputs
@@ -221,18 +172,15 @@ pub fn inputs_of(variables: &[Variable], values: &[f64], supply_v: f64) -> Input
 
 /// A number that the model would not have taken.
 fn refuse(variable: &Variable, number: Number, value: f64) -> Result<(), String> {
+    let name = &variable.name;
     let takes = match number {
         Number::Base(key) => BASE.iter().find_map(|section| find(section, key)).map(|row| row.takes),
         Number::Row => Some(Takes::Positive),
         Number::Known(..) => None,
     };
     match takes {
-        Some(Takes::Positive) if value <= 0.0 => {
-            Err(format!("{} is {value}; it must be greater than 0", variable.name))
-        }
-        Some(Takes::NotNegative) if value < 0.0 => {
-            Err(format!("{} is {value}; it must not be negative", variable.name))
-        }
+        Some(Takes::Positive) if value <= 0.0 => Err(format!("{name} is {value}; it must be greater than 0")),
+        Some(Takes::NotNegative) if value < 0.0 => Err(format!("{name} is {value}; it must not be negative")),
         _ => Ok(()),
     }
 }

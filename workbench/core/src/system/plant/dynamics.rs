@@ -18,7 +18,8 @@ use super::step::{Before, Driven, Loads, Places, slowed_from};
 use super::step_size::Coupling;
 use super::two_bodies::{self, TwoBodies};
 use super::unnamed_step;
-use super::winding::{Coefficients, Shaft};
+pub use super::winding::Coefficients;
+use super::winding::Shaft;
 use servo::axis::Bridge;
 
 /// Advances a [`State`]. Keeps the coefficients of the last step length.
@@ -26,14 +27,11 @@ use servo::axis::Bridge;
 pub struct Dynamics<'a, F = f64> {
     plant: &'a Physics<F>,
     features: Features,
-    coefficients: Coefficients<F>,
+    /// Those of the last step.
+    pub coefficients: Coefficients<F>,
     /// External torques over the block that the steps are parts of, where they do not depend on the state.
     held: Option<Loads<F>>,
 }
-
-/// What one [`Dynamics`] hands to the next of the same plant: coefficients of a winding that varies follow from those before.
-#[derive(Clone, Copy, Debug)]
-pub struct Kept<F = f64>(Coefficients<F>);
 
 impl<'a, F: Lanes> Dynamics<'a, F> {
     /// For a plant with these features.
@@ -42,14 +40,9 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
         Self { plant, features, coefficients: Coefficients::new(plant), held: None }
     }
 
-    /// Goes on where another one has stopped.
-    pub fn resumed(plant: &'a Physics<F>, features: Features, Kept(coefficients): Kept<F>) -> Self {
+    /// Goes on where another one has stopped: a winding that varies has coefficients that follow from those before.
+    pub fn resumed(plant: &'a Physics<F>, features: Features, coefficients: Coefficients<F>) -> Self {
         Self { plant, features, coefficients, held: None }
-    }
-
-    /// For [`Self::resumed`].
-    pub fn kept(&self) -> Kept<F> {
-        Kept(self.coefficients)
     }
 
     /// Begins a block of `length` seconds on a known way: what depends on the place alone is the same for all steps within it. (Their

@@ -20,7 +20,8 @@ const LOST: [f64; 8] = alternating(1, 1.0);
 /// current → settled + (current − settled)·`end`, settled = (net voltage − Ke·ω̄)·`conductance`,
 /// torque = `per_volt`·net + `per_ampere`·current − damping·ω̄.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Coefficients<F = f64> {
+pub struct Coefficients<F = f64> {
+    /// Ω.
     pub resistance: F,
     step: f64,
     kt: F,
@@ -56,9 +57,12 @@ pub(super) struct Coefficients<F = f64> {
 
 /// A shaft with viscous friction under a constant torque T, solved exactly: ω1 = `keep`·ω0 + `mobility`·T.
 #[derive(Clone, Copy, Debug)]
-pub(super) struct Shaft<F = f64> {
+pub struct Shaft<F = f64> {
+    /// N m s/rad.
     pub damping: F,
+    /// What is left of the speed.
     pub keep: F,
+    /// Speed per torque.
     pub mobility: F,
     /// The mean speed of the step is ω0 + `mean`·(ω1 − ω0); a half where nothing damps.
     pub mean: F,
