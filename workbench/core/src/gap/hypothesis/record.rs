@@ -18,6 +18,7 @@ const FITTED_BOUND: f64 = 6.0;
 /// judgement; not studied.
 const FITTED_TOLERANCE: f64 = 0.5;
 /// The same of the winding of such a model: it stands for L/R alone, which six of it move by a factor of 4.5, and not for a filter.
+/// Chosen by judgement; not studied.
 const FITTED_WINDING: f64 = 0.25;
 /// A winding faster than this part of the mechanical time constant is no parameter that a log could tell. Held at its
 /// nominal value, a slower one would pass for a measure: of a short delay, and with the current of the drive's gain.
