@@ -86,7 +86,7 @@ pub fn engine_cases() -> Command {
 
 /// Builds the library that FMUs carry.
 pub fn fmu_library() -> Command {
-    cargo(&["build", "--package", "truing-fmu"])
+    cargo(&["rustc", "--package", "truing-fmu", "--lib", "--crate-type", "cdylib"])
 }
 
 /// Where it lies then, in a folder below that of Cargo.

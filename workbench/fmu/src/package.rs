@@ -62,8 +62,8 @@ pub fn library(given: Option<&Path>) -> Result<PathBuf, InputError> {
         return Ok(path);
     }
     Err(InputError(format!(
-        "{} is missing, the library that an FMU carries; build it with `cargo build --release -p truing-fmu`, or take it from \
-        the archive of the program, and name it with --fmu-library or {VARIABLE}",
+        "{} is missing, the library that an FMU carries; build it with `cargo rustc --release -p truing-fmu --lib --crate-type cdylib`, \
+        or take it from the archive of the program, and name it with --fmu-library or {VARIABLE}",
         path.display()
     )))
 }

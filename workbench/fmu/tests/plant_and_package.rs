@@ -320,5 +320,9 @@ fn agree(all: &[(String, Attributes)], element: &str, instance: &mut Instance) {
 #[test]
 fn a_missing_library_says_how_to_build_it() {
     let said = package::library(Some(Path::new("nowhere/libtruing_fmu.so"))).unwrap_err().0;
-    assert!(said.contains("cargo build --release -p truing-fmu") && said.contains("--fmu-library"), "{said}");
+    assert!(
+        said.contains("cargo rustc --release -p truing-fmu --lib --crate-type cdylib")
+            && said.contains("--fmu-library"),
+        "{said}"
+    );
 }
