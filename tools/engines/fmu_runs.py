@@ -55,7 +55,7 @@ def apart(one, other):
 def one(chosen, name, version):
     model = chosen.folder / f"{name}.toml"
     fmu = chosen.folder / f"{name}_{version}.fmu"
-    library = ["--fmu-library", chosen.library] if chosen.library else []
+    library = ["--fmu-library", chosen.built] if chosen.built else []
     subprocess.run([chosen.truing, "export", "--to", version, model, "--out", fmu, *library], check=True)
     for problem in (problems := validate_fmu(str(fmu))):
         print(f"{name} {version}: {problem}")
@@ -72,7 +72,7 @@ def one(chosen, name, version):
 def main():
     ask = argparse.ArgumentParser()
     ask.add_argument("--truing", required=True)
-    ask.add_argument("--library", help="libtruing_fmu.so, if it is not beside the program")
+    ask.add_argument("--library", dest="built", help="libtruing_fmu.so, if it is not beside the program")
     ask.add_argument("--folder", type=pathlib.Path, required=True)
     ask.add_argument("--only", default="", help="cases whose name begins so")
     chosen = ask.parse_args()
