@@ -19,15 +19,7 @@ pub fn without(model: &Model, effects: &[&Effect]) -> Model {
 pub fn between(model: &Model, other: &Model, log: &Dynamic) -> anyhow::Result<f64> {
     let (mut sum, mut difference) = (0.0, 0.0);
     for run in &log.runs {
-        let rows = run.rows() - 1;
-        let grid = GridRun {
-            time: run.t_s.clone(),
-            row_time: run.t_s.clone(),
-            bridge: run.bridge[..rows].to_vec(),
-            input: run.input[..rows].to_vec(),
-            first_row: (0..=rows as u32).collect(),
-            ..GridRun::default()
-        };
+        let grid = GridRun::of_rows(run);
         let [one, two] = [model, other].map(|model| {
             let mut traces = Traces::default();
             grid.simulate(&driven_by(&model.kind, model.physics(), log.input), 0.0, FINE, &mut traces);

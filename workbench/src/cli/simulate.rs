@@ -54,15 +54,7 @@ pub fn simulated(model: &Model, input: &Dynamic) -> String {
     let mut text = format!("run,t_s,{},bridge,{position},{speed},i_a\n", input.input.column());
     let mut traces = Traces::default();
     for run in &input.runs {
-        let rows = run.rows() - 1;
-        let grid = GridRun {
-            time: run.t_s.clone(),
-            row_time: run.t_s.clone(),
-            bridge: run.bridge[..rows].to_vec(),
-            input: run.input[..rows].to_vec(),
-            first_row: (0..=rows as u32).collect(),
-            ..GridRun::default()
-        };
+        let grid = GridRun::of_rows(run);
         grid.simulate(&plant, 0.0, FINE, &mut traces);
         for k in 0..run.rows() {
             let outputs = (traces.integral[k], traces.reading[k], traces.current[k]);

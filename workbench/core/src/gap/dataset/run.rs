@@ -2,6 +2,7 @@
 
 use super::preheat::Preheat;
 use super::probe::Probes;
+use crate::system::log::Run;
 use servo::axis::Bridge;
 
 /// One run made ready.
@@ -38,6 +39,19 @@ pub struct GridRun {
 }
 
 impl GridRun {
+    /// A logged run as it is: each row a block, from rest.
+    pub fn of_rows(run: &Run) -> Self {
+        let rows = run.rows() - 1;
+        Self {
+            time: run.t_s.clone(),
+            row_time: run.t_s.clone(),
+            bridge: run.bridge[..rows].to_vec(),
+            input: run.input[..rows].to_vec(),
+            first_row: (0..=rows as u32).collect(),
+            ..Self::default()
+        }
+    }
+
     /// Number of blocks.
     pub fn blocks(&self) -> usize {
         self.bridge.len()
