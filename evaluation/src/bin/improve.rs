@@ -160,7 +160,9 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32) -> Seen {
     };
     match found {
         Ok(found) => {
-            let names = found.entries.last().map(|entry| entry.names.join(", ")).unwrap_or_default();
+            // A later round begins from the names of those before.
+            let mut names = found.entries.iter().rev().map(|entry| entry.names.join(", "));
+            let names = names.find(|names| !names.is_empty()).unwrap_or_default();
             let ratios = if found.improved { worth(&case, &found) } else { Some([1.0; 2]) };
             let outcome = format!("{}: {}", if found.improved { "kept" } else { "as it was" }, found.why);
             Seen { named: names, outcome, motor_s: found.motor_s, ratios, kept: found.improved, ..seen }

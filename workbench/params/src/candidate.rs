@@ -44,11 +44,11 @@ pub fn first_model(parameters: &AxisParameters, trusted: bool) -> Option<Model> 
     let Config { supply_nominal_v: supply, counts_per_rev, gear_ratio, .. } = parameters.config;
     let text = format!(
         "schema = \"truing-model/1\"\n\n[model]\nkind = \"first_order\"\ndescription = \"what the servo knows of its motor\"\n\
-         gain_rad_s_per_v = {gain:?}\ntime_constant_s = {seconds:?}\nviscous_vs_per_rad = \"unknown\"\n\n[tolerance]\n\
-         default = {tolerance:?}\n\n[motor]\ngear_ratio = {gear_ratio:?}\n\n\
+         gain_rad_s_per_v = {gain:?}\ntime_constant_s = {seconds:?}\nviscous_vs_per_rad = \"unknown\"\n\
+         electrical_time_constant_s = \"unknown\"\n\n[tolerance]\ndefault = {tolerance:?}\n\n[motor]\ngear_ratio = {gear_ratio:?}\n\n\
          [supply]\nnominal_v = {supply:?}\nlimit_v = {supply:?}\n\n[encoder]\ncounts_per_rev = {counts_per_rev}\nside = \"motor\"\n"
     );
-    // Coast-downs with an open bridge show how much of the damping is friction: the log completes it.
+    // Coast-downs with an open bridge show how much of the damping is friction, fine rows the winding: the log completes both.
     model::parse_draft("first-model.toml", &text).ok().map(|draft| draft.stated().clone())
 }
 
