@@ -1,6 +1,6 @@
 //! A nominal model out of MJCF or URDF: the first joint that an actuator drives, or the first that moves.
 
-use anyhow::{Context, anyhow, bail};
+use anyhow::{Context, anyhow, bail, ensure};
 use roxmltree::{Document, Node};
 use std::fmt::Write;
 use truing_core::system::effects::{COULOMB_FRICTION, QUADRATIC_DRAG, TORSIONAL_SPRING};
@@ -82,6 +82,10 @@ fn mjcf(name: &str, root: Node) -> anyhow::Result<String> {
     }
     let gain =
         actuator.map_or(1.0, |it| if it.has_attribute("gainprm") { number(it, "gainprm") } else { 1.0 });
+    ensure!(
+        gain != 0.0,
+        "{name}: its actuator gives nothing (gainprm 0), a callback drives the joint; give the model that it was exported from"
+    );
     let gear = actuator.map_or(1.0, |it| if it.has_attribute("gear") { number(it, "gear") } else { 1.0 });
     let bias = actuator.map_or([0.0; 3], |it| numbers::<3>(it, "biasprm"));
     let mut joint = joint;

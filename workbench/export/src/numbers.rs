@@ -28,8 +28,8 @@ impl Number {
 pub fn with_spread(value: f64, std: Option<f64>) -> String {
     let value = significant(value, 6);
     match std {
-        Some(std) => format!("{value} ± {}", significant(std, 2)),
-        None => format!("{value}, ± not stated"),
+        Some(std) if std > 0.0 => format!("{value} ± {}", significant(std, 2)),
+        _ => format!("{value}, ± not stated"),
     }
 }
 
