@@ -16,7 +16,7 @@ const STATIC: &str = "-C target-feature=+crt-static -C strip=symbols";
 pub fn dist() -> Result<()> {
     let out = root().join("target").join("dist");
     let _ = fs::remove_dir_all(&out);
-    let packed = packed(&[program()?, library()?], &out)?;
+    let packed = packed(&[program()?, programs::stripped_fmu_library()?], &out)?;
     let wheel = wheel::build()?;
     let copied = out.join(wheel.file_name().context("a wheel has a name")?);
     fs::copy(&wheel, &copied).with_context(|| format!("cannot write {}", copied.display()))?;
@@ -29,7 +29,7 @@ pub fn dist() -> Result<()> {
 
 /// Builds the program without what it would ask of a system.
 fn program() -> Result<PathBuf> {
-    let host = host()?;
+    let host = programs::host()?;
     let variable = format!("CARGO_TARGET_{}_RUSTFLAGS", host.to_uppercase().replace('-', "_"));
     let mut build = Program::Truing.cargo("build");
     build.args(["--release", "--locked", "--target", &host]);
@@ -46,24 +46,9 @@ fn program() -> Result<PathBuf> {
     run(Command::new(&program).arg("--version")).map(|()| program)
 }
 
-/// The library that `truing export` puts into an FMU: it lies beside the program, and is loaded by programs that have a C library already.
-fn library() -> Result<PathBuf> {
-    let mut build = programs::fmu_library();
-    run(build.env("RUSTFLAGS", "-C strip=symbols").args(["--release", "--locked", "--target", &host()?]))?;
-    Ok(programs::fmu_library_in(&format!("{}/release", host()?)))
-}
-
-/// What this machine is to the compiler.
-fn host() -> Result<String> {
-    let told = Command::new("rustc").arg("-vV").output().context("rustc cannot be started")?;
-    let told = String::from_utf8_lossy(&told.stdout);
-    let host = told.lines().find_map(|line| line.strip_prefix("host: "));
-    host.map(str::to_owned).context("rustc does not say for what it compiles")
-}
-
 /// The program and what lies beside it with its licence, in an archive that carries its name.
 fn packed(built: &[PathBuf], out: &Path) -> Result<PathBuf> {
-    let name = format!("truing-{}-{}", env!("CARGO_PKG_VERSION"), host()?);
+    let name = format!("truing-{}-{}", env!("CARGO_PKG_VERSION"), programs::host()?);
     let folder = out.join(&name);
     fs::create_dir_all(&folder).with_context(|| format!("cannot make {}", folder.display()))?;
     for file in built.iter().chain(&[root().join("LICENSE"), root().join("README.md")]) {

@@ -2,7 +2,7 @@
 //! the names with what Cargo knows.
 
 use crate::process::{cargo, root, run};
-use anyhow::{Result, ensure};
+use anyhow::{Context, Result, ensure};
 use clap::ValueEnum;
 use std::path::{Path, PathBuf};
 use std::process::Command;
@@ -93,6 +93,22 @@ pub fn fmu_library() -> Command {
 pub fn fmu_library_in(folder: &str) -> PathBuf {
     use std::env::consts::{DLL_PREFIX, DLL_SUFFIX};
     target().join(folder).join(format!("{DLL_PREFIX}truing_fmu{DLL_SUFFIX}"))
+}
+
+/// The library that `truing export` puts into an FMU, small: it is loaded by programs that have a C library already.
+pub fn stripped_fmu_library() -> Result<PathBuf> {
+    let host = host()?;
+    let mut build = fmu_library();
+    run(build.env("RUSTFLAGS", "-C strip=symbols").args(["--release", "--locked", "--target", &host]))?;
+    Ok(fmu_library_in(&format!("{host}/release")))
+}
+
+/// What this machine is to the compiler.
+pub fn host() -> Result<String> {
+    let told = Command::new("rustc").arg("-vV").output().context("rustc cannot be started")?;
+    let told = String::from_utf8_lossy(&told.stdout);
+    let host = told.lines().find_map(|line| line.strip_prefix("host: "));
+    host.map(str::to_owned).context("rustc does not say for what it compiles")
 }
 
 /// A Cargo command on an example of the library.

@@ -1,7 +1,7 @@
 //! The Python package: built by maturin, tested in an environment of its own.
 
 use crate::process::{self, find, root, run};
-use crate::programs::Program;
+use crate::programs::{self, Program};
 use anyhow::{Context, Result, bail};
 use std::ffi::OsStr;
 use std::path::{Path, PathBuf};
@@ -38,6 +38,9 @@ pub fn wheel(check: bool) -> Result<()> {
 /// Builds it; there is one file afterwards.
 pub fn build() -> Result<PathBuf> {
     let python = environment("build", &[MATURIN.as_ref()])?;
+    let library = programs::stripped_fmu_library()?;
+    let carried = source().join("truing").join(library.file_name().context("a library has a name")?);
+    std::fs::copy(&library, &carried).with_context(|| format!("cannot write {}", carried.display()))?;
     let out = folder().join("out");
     let _ = std::fs::remove_dir_all(&out);
     let mut maturin = Command::new(python);

@@ -30,6 +30,11 @@ impl Format {
             Self::Fmu2 => "FMU 2.0",
         }
     }
+
+    /// An archive, where the others are texts; it holds the whole plant.
+    pub fn is_fmu(self) -> bool {
+        matches!(self, Self::Fmu2 | Self::Fmu3)
+    }
 }
 
 /// How a format holds an effect.

@@ -4,6 +4,7 @@ use anyhow::{Context, anyhow, bail, ensure};
 use roxmltree::{Document, Node};
 use std::fmt::Write;
 use truing_core::system::effects::{COULOMB_FRICTION, QUADRATIC_DRAG, TORSIONAL_SPRING};
+use truing_core::system::model::parse_draft;
 
 /// What is read of a joint.
 #[derive(Default)]
@@ -20,11 +21,14 @@ struct Joint {
 pub fn model(name: &str, text: &str) -> anyhow::Result<String> {
     let document =
         Document::parse(text).with_context(|| format!("{name}: is no XML; give an MJCF or a URDF file"))?;
-    match document.root_element().tag_name().name() {
-        "mujoco" => mjcf(name, document.root_element()),
-        "robot" => urdf(name, document.root_element()),
+    let model = match document.root_element().tag_name().name() {
+        "mujoco" => mjcf(name, document.root_element())?,
+        "robot" => urdf(name, document.root_element())?,
         other => bail!("{name}: begins with <{other}>; an MJCF begins with <mujoco>, a URDF with <robot>"),
-    }
+    };
+    // What is written can be read.
+    parse_draft(name, &model)?;
+    Ok(model)
 }
 
 fn numbers<const N: usize>(node: Node, key: &str) -> [f64; N] {

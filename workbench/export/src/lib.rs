@@ -16,6 +16,7 @@ pub mod cost;
 pub mod held;
 pub mod helper;
 pub mod import;
+pub mod made;
 pub mod mjcf;
 pub mod numbers;
 pub mod plan;

@@ -1,6 +1,5 @@
 //! What a caller gives for a log: a file, or a table in memory.
 
-use arrow_array::RecordBatch;
 use pyo3::prelude::*;
 use pyo3_arrow::PyTable;
 use std::collections::BTreeMap;
@@ -24,68 +23,54 @@ pub enum Given {
     Columns(Vec<(String, Vec<f64>)>),
 }
 
-/// Logs by the names that messages use.
-#[derive(Default)]
-pub struct Logs(BTreeMap<PathBuf, Table>);
-
-/// A table in memory.
-enum Table {
-    Stream(Vec<RecordBatch>),
-    Columns(Vec<(String, Vec<f64>)>),
-}
+/// Logs in memory by the names that messages use.
+pub struct Logs(BTreeMap<PathBuf, Given>);
 
 impl Logs {
     /// Those that are no files.
     pub fn of(given: Vec<(String, Given)>) -> Self {
-        let table = |(name, given): (String, Given)| match given {
-            Given::File(_) => None,
-            Given::Stream(table) => Some((name.into(), Table::Stream(table.into_inner().0))),
-            Given::Columns(columns) => Some((name.into(), Table::Columns(columns))),
-        };
-        Self(given.into_iter().filter_map(table).collect())
+        let tables = given.into_iter().filter(|(_, given)| !matches!(given, Given::File(_)));
+        Self(tables.map(|(name, table)| (name.into(), table)).collect())
     }
 
     /// Reads a log, and says how it was read.
     pub fn open(&self, path: &Path, columns: &Columns) -> Result<Reading, InputError> {
-        match self.0.get(path) {
-            Some(table) => table.bytes(path, |bytes| log::reading(bytes, columns)),
-            None => truing_files::log::open(path, columns),
-        }
+        self.or_file(path, |bytes| log::reading(bytes, columns), || truing_files::log::open(path, columns))
     }
 
     /// Reads a record that need not have an output.
     pub fn input(&self, path: &Path, columns: &Columns) -> Result<Log, InputError> {
-        match self.0.get(path) {
-            Some(table) => table.bytes(path, |bytes| log::input(bytes, columns)).map(|reading| reading.log),
-            None => truing_files::log::read_input(path, columns),
-        }
+        let table = |bytes: Bytes| log::input(bytes, columns).map(|reading| reading.log);
+        self.or_file(path, table, || truing_files::log::read_input(path, columns))
     }
 
     /// Looks at a log.
     pub fn look(&self, path: &Path, columns: &Columns) -> Result<Look, InputError> {
-        match self.0.get(path) {
-            Some(table) => table.bytes(path, |bytes| look(bytes, columns)),
-            None => truing_files::log::look(path, columns),
-        }
+        self.or_file(path, |bytes| look(bytes, columns), || truing_files::log::look(path, columns))
     }
-}
 
-impl Table {
-    /// As the bytes of a format that this table alone is of.
-    fn bytes<T>(&self, path: &Path, read: impl Fn(Bytes) -> Result<T, InputError>) -> Result<T, InputError> {
+    /// A table as the bytes of a format that it alone is of, or a file.
+    fn or_file<T>(
+        &self,
+        path: &Path,
+        table: impl Fn(Bytes) -> Result<T, InputError>,
+        file: impl Fn() -> Result<T, InputError>,
+    ) -> Result<T, InputError> {
+        let Some(given) = self.0.get(path) else { return file() };
         let name = path.display().to_string();
-        read(Bytes { name: &name, open: &|| Ok(Box::new(&[][..])), sources: &[self] })
+        table(Bytes { name: &name, open: &|| Ok(Box::new(&[][..])), sources: &[given] })
     }
 }
 
-impl Source for Table {
+impl Source for Given {
     fn takes(&self, _: &str, _: &[u8]) -> bool {
         true
     }
 
     fn table(&self, bytes: Bytes) -> Result<Cells, InputError> {
         let cells = match self {
-            Self::Stream(batches) => truing_formats::arrow::cells(batches),
+            Self::File(_) => Err("a file is no table in memory".into()),
+            Self::Stream(table) => truing_formats::arrow::cells(table.batches()),
             Self::Columns(columns) => truing_formats::columns(columns.clone()),
         };
         cells.map_err(|what| InputError::file(bytes.name, what))

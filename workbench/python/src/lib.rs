@@ -13,12 +13,14 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 use truing::cli::{gap, look, simulate, start};
+use truing::export::made::{Beside, Made};
+use truing::export::{commands::export, import};
 use truing::fleet::{check::check, manifest::Task, store::Store};
 use truing::report::{Exporter, html::Html, json::Json, model_file::ModelFile, terminal::Terminal};
 use truing::synthetic::cases;
 use truing::system::effects::LIBRARY;
-use truing::system::log::{Columns, Log};
-use truing::system::model;
+use truing::system::log::{Columns, Dynamic, Log};
+use truing::system::model::{self, Model};
 
 create_exception!(
     truing,
@@ -43,7 +45,7 @@ fn arguments<A: Args>(words: Vec<String>) -> PyResult<A> {
     })
 }
 
-/// A model: its text, and what messages call it.
+/// A model: what messages call it, and its text.
 type ModelText = (String, String);
 
 /// Compares a model with a log: JSON, page, extended model, text for a terminal.
@@ -96,16 +98,38 @@ fn start_(words: Vec<String>, log: Option<(String, Given)>) -> PyResult<(String,
 /// The simulated record, as CSV.
 #[pyfunction]
 fn simulate_(py: Python<'_>, columns: String, model: ModelText, input: (String, Given)) -> PyResult<String> {
-    let read = || -> anyhow::Result<String> {
-        let model = model::parse(&model.0, &model.1)?;
-        let columns = Columns::of(&columns, &model)?;
-        let path = PathBuf::from(&input.0);
-        let Log::Dynamic(record) = Logs::of(vec![input]).input(&path, &columns)? else {
-            anyhow::bail!("{}: has no time column; a simulation needs t_s", path.display());
-        };
-        Ok(simulate::simulated(&model, &record))
-    };
-    py.detach(read).map_err(refused)
+    let model = model::parse(&model.0, &model.1).map_err(refused)?;
+    let record = record(&model, input, &columns).map_err(refused)?;
+    Ok(py.detach(|| simulate::simulated(&model, &record)))
+}
+
+/// The rows of a log that drive a model.
+fn record(model: &Model, input: (String, Given), columns: &str) -> anyhow::Result<Dynamic> {
+    let columns = Columns::of(columns, model)?;
+    let path = PathBuf::from(&input.0);
+    match Logs::of(vec![input]).input(&path, &columns)? {
+        Log::Dynamic(record) => Ok(record),
+        Log::Table(_) => anyhow::bail!("{}: has no time column; a simulation needs t_s", path.display()),
+    }
+}
+
+/// An export: the file, those beside it, what is lost.
+type Exported = (Vec<u8>, Beside, Vec<String>);
+
+/// A model as a file of another program.
+#[pyfunction]
+fn export_(words: Vec<String>, model: ModelText, log: Option<(String, Given)>) -> PyResult<Exported> {
+    let arguments: export::Arguments = arguments(words)?;
+    let model = model::parse(&model.0, &model.1).map_err(refused)?;
+    let log = log.map(|log| record(&model, log, &arguments.columns)).transpose().map_err(refused)?;
+    let made = Made::of(&model, &arguments.request(log.as_ref())).map_err(refused)?;
+    Ok((made.file, made.beside, made.lost))
+}
+
+/// A nominal model out of the text of an MJCF or URDF file.
+#[pyfunction]
+fn import_(name: &str, text: &str) -> PyResult<String> {
+    import::model(name, text).map_err(refused)
 }
 
 /// The library of effects, as JSON.
@@ -178,15 +202,13 @@ fn entry(value: serde_json::Value) -> Option<toml::Value> {
 
 /// What `truing._truing` holds.
 #[pymodule]
-fn _truing(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("InputError", module.py().get_type::<InputError>())?;
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add_function(wrap_pyfunction!(gap_, module)?)?;
-    module.add_function(wrap_pyfunction!(look_, module)?)?;
-    module.add_function(wrap_pyfunction!(start_, module)?)?;
-    module.add_function(wrap_pyfunction!(simulate_, module)?)?;
-    module.add_function(wrap_pyfunction!(effects_, module)?)?;
-    module.add_function(wrap_pyfunction!(case_, module)?)?;
-    module.add_function(wrap_pyfunction!(fleet_check_, module)?)?;
-    module.add_function(wrap_pyfunction!(toml_, module)?)
+mod _truing {
+    #[pymodule_export]
+    use super::{
+        InputError, case_, effects_, export_, fleet_check_, gap_, import_, look_, simulate_, start_, toml_,
+    };
+
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "the name that Python packages have for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }

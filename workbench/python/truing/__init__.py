@@ -20,7 +20,7 @@ from pathlib import Path
 from typing import Any, Literal
 
 from . import _truing
-from ._results import Case, Effect, Look, Named, Parameter, Result, Start, Tie, Value
+from ._results import Case, Effect, Export, Look, Named, Parameter, Result, Start, Tie, Value
 from ._tables import Log, Model, Table, given, name_of, text_of
 from ._truing import InputError, __version__
 from ._watch import Progress, watcher
@@ -28,6 +28,7 @@ from ._watch import Progress, watcher
 __all__ = [
     "Case",
     "Effect",
+    "Export",
     "InputError",
     "Log",
     "Look",
@@ -43,13 +44,16 @@ __all__ = [
     "__version__",
     "cases",
     "effects",
+    "export",
     "fleet_check",
     "gap",
+    "import_model",
     "look",
     "simulate",
     "start",
 ]
 
+Format = Literal["mjcf", "urdf", "sysid-constants", "fmu3", "fmu2"]
 Set = Literal["nothing", "single", "pair", "triple", "outside"]
 
 
@@ -136,6 +140,40 @@ def simulate(model: Model, input: Log, *, columns: str = "", name: str | None = 
     """Runs a model on the input of a log; the table has the columns of ``truing simulate``."""
     called = name_of(input, 0, [name] if name else [])
     return Table.of_csv(_truing.simulate_(columns, text_of(model), (called, given(input))))
+
+
+def export(
+    model: Model,
+    to: Format,
+    *,
+    ranges: bool = False,
+    log: Log | None = None,
+    columns: str = "",
+    fmu_library: str | os.PathLike[str] | None = None,
+) -> Export:
+    """Writes a model as a file of another program, as ``truing export`` does.
+
+    ranges: ranges for domain randomisation come with it, as Python: ± two standard deviations, for mjlab and IsaacLab.
+    log: on its input it is told what the loss of an effect costs that the format does not hold.
+    fmu_library: the library that an FMU carries; without it the one of this package.
+    """
+    name, text = text_of(model)
+    library = fmu_library or next(Path(__file__).parent.glob("*truing_fmu.*"), None)
+    words = [name, "--to", to, *_rows(columns, None, None)] + (["--ranges"] if ranges else [])
+    words += [] if library is None else ["--fmu-library", os.fspath(library)]
+    driven = None if log is None else (name_of(log, 0, []), given(log))
+    content, beside, lost = _truing.export_(words, (name, text), driven)
+    return Export(content, dict(beside), lost)
+
+
+def import_model(file: str | os.PathLike[str]) -> Start:
+    """Reads a nominal model out of an MJCF or URDF file, as ``truing import`` does."""
+    path = Path(file)
+    try:
+        text = path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InputError(f"{path}: cannot be read ({error})") from error
+    return Start(_truing.import_(path.name, text), [])
 
 
 def effects() -> list[Effect]:

@@ -213,6 +213,32 @@ class Start:
 
 
 @dataclass(frozen=True)
+class Export:
+    """A model as a file of another program."""
+
+    #: The file; an FMU is an archive, the others are UTF-8 texts.
+    content: bytes
+    #: Files that belong to it: what is added to the stem of its name (``_helper.py``), and the text.
+    beside: dict[str, str]
+    #: What the format does not hold, and what that costs on the log that was given.
+    lost: list[str]
+
+    @property
+    def text(self) -> str:
+        """The file as a text."""
+        return self.content.decode("utf-8")
+
+    def save(self, path: str | Path) -> list[Path]:
+        """Writes the file and those beside it: ``servo.xml`` has ``servo_helper.py``."""
+        path = Path(path)
+        path.write_bytes(self.content)
+        others = [path.with_name(path.stem + ending) for ending in self.beside]
+        for other, text in zip(others, self.beside.values(), strict=True):
+            other.write_text(text, encoding="utf-8")
+        return [path, *others]
+
+
+@dataclass(frozen=True)
 class Parameter:
     """A number that an effect has."""
 

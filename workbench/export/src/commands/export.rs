@@ -1,16 +1,13 @@
 //! `truing export`: a model as a file of another program.
 
-use crate::constants;
-use crate::cost;
-use crate::held::{self, Format};
-use crate::{helper, mjcf, numbers, plan, ranges, urdf};
+use crate::held::Format;
+use crate::made::{Made, Request};
 use anyhow::bail;
 use clap::Args;
 use std::path::{Path, PathBuf};
 use truing_core::system::log::{Columns, Dynamic, Log};
 use truing_core::system::model::Model;
 use truing_files::{log, model};
-use truing_fmu::{Version, package};
 use truing_report::console::files::Files;
 use truing_report::report::{write_atomically, write_bytes};
 
@@ -55,55 +52,37 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         .check()?;
     let model = model::read(&arguments.model)?;
     let log = arguments.input(&model)?;
-    let out = arguments.out.as_deref().unwrap_or(Path::new("-"));
-    let head = head(&model);
-    match arguments.to {
-        Format::SysidConstants => write_atomically(out, &constants::written(&model, &head))?,
-        Format::Mjcf => arguments.mjcf(&model, out, &head)?,
-        Format::Urdf => write_atomically(out, &urdf::written(&model, &head))?,
-        Format::Fmu3 => arguments.fmu(&model, Version::Three)?,
-        Format::Fmu2 => arguments.fmu(&model, Version::Two)?,
+    if arguments.to.is_fmu() && arguments.file().is_none() {
+        bail!("an FMU is an archive: name it with --out motor.fmu");
     }
-    if arguments.ranges {
-        write_atomically(&arguments.beside("_ranges.py")?, &ranges::written(&model, &head))?;
+    let made = Made::of(&model, &arguments.request(log.as_ref()))?;
+    for (ending, text) in &made.beside {
+        write_atomically(&arguments.beside(ending)?, text)?;
     }
-    let is_fmu = matches!(arguments.to, Format::Fmu2 | Format::Fmu3);
-    let lost = held::lost(&model, arguments.to);
-    for line in cost::told(&model, &lost, log.as_ref())? {
+    match arguments.file() {
+        Some(out) => write_bytes(out, &made.file)?,
+        None => write_atomically(Path::new("-"), made.text()?)?,
+    }
+    for line in &made.lost {
         errln!("{line}");
-    }
-    let unnamed = if is_fmu { &[] } else { model.unnamed.as_slice() };
-    for term in unnamed {
-        errln!("not held: {}, a table without a name", term.name);
     }
     Ok(())
 }
 
 impl Arguments {
-    /// The file, and the helper beside it if it needs one.
-    fn mjcf(&self, model: &Model, out: &Path, head: &[String]) -> anyhow::Result<()> {
-        let plant = model.physics();
-        if plant.source_ohm > 0.0 && !plant.supply_v.is_finite() {
-            bail!("{}: a supply that sags needs its voltage; write nominal_v under [supply]", model.source);
-        }
-        if plan::Plan::of(&plant).helper() {
-            write_atomically(&self.beside("_helper.py")?, &helper::written(&plant, head))?;
-        }
-        write_atomically(out, &mjcf::written(model, head))
+    /// What is asked for, with the log that was read.
+    pub fn request<'a>(&'a self, log: Option<&'a Dynamic>) -> Request<'a> {
+        Request { to: self.to, ranges: self.ranges, log, fmu_library: self.fmu_library.as_deref() }
     }
 
-    /// The FMU, which is a file and never a text.
-    fn fmu(&self, model: &Model, version: Version) -> anyhow::Result<()> {
-        let Some(out) = self.out.as_ref().filter(|out| *out != Path::new("-")) else {
-            bail!("an FMU is an archive: name it with --out motor.fmu");
-        };
-        let library = package::library(self.fmu_library.as_deref())?;
-        write_bytes(out, &package::packed(model, version, &library)?)
+    /// Where the file goes, if not to standard output.
+    fn file(&self) -> Option<&Path> {
+        self.out.as_deref().filter(|out| *out != Path::new("-"))
     }
 
     /// A file beside the one that is written: `servo.xml` has `servo_helper.py`.
     fn beside(&self, ending: &str) -> anyhow::Result<PathBuf> {
-        let out = self.out.as_ref().filter(|out| *out != Path::new("-"));
+        let out = self.file();
         let Some(stem) = out.and_then(|out| out.file_stem()) else {
             bail!("a second file belongs to this model, {ending}: name the first one with --out FILE");
         };
@@ -118,18 +97,4 @@ impl Arguments {
             Log::Table(_) => bail!("{}: has no time column; a cost needs t_s", path.display()),
         }
     }
-}
-
-/// Origin, units, date, and every number with its deviation.
-pub fn head(model: &Model) -> Vec<String> {
-    let now = jiff::Timestamp::now().to_string();
-    let source = Path::new(&model.source)
-        .file_name()
-        .map_or(model.source.clone(), |name| name.to_string_lossy().into_owned());
-    let mut lines = vec![
-        format!("Written by truing {} from {source}, {}.", env!("CARGO_PKG_VERSION"), &now[..10]),
-        "SI units; ± is one standard deviation. The numbers of the model:".into(),
-    ];
-    lines.extend(numbers::stated(model).iter().map(numbers::Number::told));
-    lines
 }

@@ -4,7 +4,6 @@ use crate::import;
 use anyhow::Context;
 use clap::Args;
 use std::path::{Path, PathBuf};
-use truing_core::system::model::parse_draft;
 use truing_report::console::files::Files;
 use truing_report::report::write_atomically;
 
@@ -26,7 +25,5 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let text = std::fs::read_to_string(path)
         .with_context(|| format!("{}: cannot be read; check the path", path.display()))?;
     let model = import::model(&name, &text)?;
-    // What is written can be read.
-    parse_draft(&name, &model)?;
     write_atomically(arguments.out.as_deref().unwrap_or(Path::new("-")), &model)
 }
