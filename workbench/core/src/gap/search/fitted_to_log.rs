@@ -33,7 +33,7 @@ impl<'a> Search<'a, '_> {
     pub(super) fn by_shares(self, base: Scored<'a>) -> Found<'a> {
         let mut path = Path::default();
         let plain = self.searched(Offer::Plain, &base, &mut path);
-        let mut kept = self.enriched(plain, &mut path);
+        let mut kept = self.with_fillers(&plain, self.enriched(plain.clone(), &mut path), &mut path);
         if kept.fit.chi2 > MUCH * self.first_gap && !at_floor(&kept) {
             let anew = self.searched(Offer::Forms, &base, &mut path);
             if self.leaves_less(&kept)(&anew) {
@@ -41,6 +41,15 @@ impl<'a> Search<'a, '_> {
             }
         }
         self.weeded(&base, kept, path)
+    }
+
+    /// The enriched set with the names that had to wait for its richer forms.
+    fn with_fillers(&self, plain: &Scored<'a>, rich: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
+        if rich.hypothesis.items == plain.hypothesis.items || at_floor(&rich) {
+            return rich;
+        }
+        let more = self.searched(Offer::Plain, &rich, path);
+        if more.hypothesis.items.len() > rich.hypothesis.items.len() { more } else { rich }
     }
 
     /// What is left of a set when conventions, doubles and small names are through.
@@ -163,7 +172,9 @@ impl<'a> Search<'a, '_> {
     /// what is there.
     fn earns_as_filler(&self, current: &Scored<'a>, child: &Scored<'a>) -> bool {
         let less = self.leaves_less(current);
-        let rich = || self.richer(current).into_iter().next();
+        // The round of the plain forms does not offer them.
+        let forms = Search { offer: Offer::Forms, ..self.clone() };
+        let rich = || forms.richer(current).into_iter().next();
         less(child) && rich().is_none_or(|rich| rich.fit.cost > child.fit.cost || !less(&rich))
     }
 
