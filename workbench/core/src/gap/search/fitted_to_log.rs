@@ -33,7 +33,12 @@ impl<'a> Search<'a, '_> {
     pub(super) fn by_shares(self, base: Scored<'a>) -> Found<'a> {
         let mut path = Path::default();
         let plain = self.searched(Offer::Plain, &base, &mut path);
-        let mut kept = self.with_fillers(&plain, self.enriched(plain.clone(), &mut path), &mut path);
+        let mut kept = self.enriched(plain.clone(), &mut path);
+        if kept.hypothesis.items != plain.hypothesis.items && !at_floor(&kept) {
+            // Names that had to wait for the richer form.
+            let more = self.searched(Offer::Plain, &kept, &mut path);
+            kept = if more.hypothesis.items.len() > kept.hypothesis.items.len() { more } else { kept };
+        }
         if kept.fit.chi2 > MUCH * self.first_gap && !at_floor(&kept) {
             let anew = self.searched(Offer::Forms, &base, &mut path);
             if self.leaves_less(&kept)(&anew) {
@@ -41,15 +46,6 @@ impl<'a> Search<'a, '_> {
             }
         }
         self.weeded(&base, kept, path)
-    }
-
-    /// The enriched set with the names that had to wait for its richer forms.
-    fn with_fillers(&self, plain: &Scored<'a>, rich: Scored<'a>, path: &mut Path<'a>) -> Scored<'a> {
-        if rich.hypothesis.items == plain.hypothesis.items || at_floor(&rich) {
-            return rich;
-        }
-        let more = self.searched(Offer::Plain, &rich, path);
-        if more.hypothesis.items.len() > rich.hypothesis.items.len() { more } else { rich }
     }
 
     /// What is left of a set when conventions, doubles and small names are through.
@@ -174,8 +170,8 @@ impl<'a> Search<'a, '_> {
         let less = self.leaves_less(current);
         // The round of the plain forms does not offer them.
         let forms = Search { offer: Offer::Forms, ..self.clone() };
-        let rich = || forms.richer(current).into_iter().next();
-        less(child) && rich().is_none_or(|rich| rich.fit.cost > child.fit.cost || !less(&rich))
+        let lost = |rich: &Scored<'a>| rich.fit.cost > child.fit.cost || !less(rich);
+        less(child) && forms.richer(current).first().is_none_or(lost)
     }
 
     /// The set by elimination, the weakest name first, and the names that did not stay. As a whole the set must leave less than the

@@ -74,13 +74,10 @@ impl<'a> Search<'a, '_> {
     pub(super) fn evened(&self, scored: Scored<'a>) -> Scored<'a> {
         let mut best = scored;
         for index in 0..best.hypothesis.items.len() {
-            let Some((even, alike)) = self.even(&best, index) else {
-                continue;
-            };
-            let untold = DEVIATIONS * DEVIATIONS * dispersion(&best);
-            let much = if alike { untold.max(SHARE_OF_GAP * self.first_gap) } else { untold };
-            if even.fit.cost - best.fit.cost < much {
-                best = even;
+            if let Some((even, alike)) = self.even(&best, index) {
+                let untold = DEVIATIONS * DEVIATIONS * dispersion(&best);
+                let much = if alike { untold.max(SHARE_OF_GAP * self.first_gap) } else { untold };
+                best = if even.fit.cost - best.fit.cost < much { even } else { best };
             }
         }
         best
@@ -123,9 +120,13 @@ impl<'a> Search<'a, '_> {
             let best = fits.into_iter().min_by(|a, b| a.cost.total_cmp(&b.cost))?;
             return Some(self.scored(hypothesis, best));
         }
-        let parent = scored.lacking(index);
-        let (basis, projector) = looked_at(&parent);
-        let child = self.child(&parent, &basis, &projector, item.effect)?;
+        // The numbers that the other form has bent may lead astray: the fit also starts where they are without it.
+        let parents = [scored.lacking(index), self.without(scored, index, &SEARCH)];
+        let children = of_each(&parents, |parent| {
+            let (basis, projector) = looked_at(parent);
+            self.child(parent, &basis, &projector, item.effect)
+        });
+        let child = children.into_iter().flatten().min_by(|a, b| a.fit.cost.total_cmp(&b.fit.cost))?;
         // Back to the order of naming.
         Some(child.arranged(hypothesis.items))
     }
@@ -136,8 +137,7 @@ fn richer(effect: &Effect) -> Vec<Vec<f64>> {
     let optional = |k: usize| effect.parameters[k].default.is_some();
     let mut all: Vec<Vec<f64>> = Vec::new();
     for row in effect.starts.rows().iter().filter(|row| effect.moves_option(row)) {
-        let tail = |k: usize| if optional(k) { row[k] } else { 0.0 };
-        let tail: Vec<f64> = (0..row.len()).map(tail).collect();
+        let tail: Vec<f64> = (0..row.len()).map(|k| if optional(k) { row[k] } else { 0.0 }).collect();
         if !all.contains(&tail) {
             all.push(tail);
         }
