@@ -1,4 +1,4 @@
-//! What the evaluation programs share: the option `--results`, which keeps a printed table together with what made it.
+//! What the suites share: the option `--results`, which keeps a printed table together with what made it.
 
 mod page;
 mod section;

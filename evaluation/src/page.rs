@@ -6,10 +6,10 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use time::OffsetDateTime;
 
-/// The option of every evaluation program.
+/// The option of every suite.
 #[derive(clap::Args, Debug)]
 pub struct Results {
-    /// Keep what is printed in `<program>.md` of this folder, below date, commit, command and seeds; the same command
+    /// Keep what is printed in `<suite>.md` of this folder, below date, commit, command and seeds; the same command
     /// replaces what it has written before.
     #[arg(long, value_name = "DIR")]
     results: Option<PathBuf>,
@@ -22,7 +22,7 @@ impl Results {
     }
 }
 
-/// What a program has printed so far.
+/// What a suite has printed so far.
 pub struct Page {
     folder: Option<PathBuf>,
     text: String,
@@ -55,12 +55,12 @@ impl Page {
     }
 
     fn write(&self, folder: &Path, seeds: &str) -> std::io::Result<()> {
-        let program = program();
-        let file = folder.join(format!("{program}.md"));
+        let suite = suite();
+        let file = folder.join(format!("{suite}.md"));
         let before = match std::fs::read_to_string(&file) {
             Ok(text) => text,
             Err(error) if error.kind() == std::io::ErrorKind::NotFound => {
-                format!("# Results of the program `{program}`\n")
+                format!("# Results of the suite `{suite}`\n")
             }
             Err(error) => return Err(error),
         };
@@ -71,24 +71,19 @@ impl Page {
         );
         let section = format!("{facts}\n{}", self.text.trim_end());
         std::fs::create_dir_all(folder)?;
-        std::fs::write(file, section::replaced(&before, &command(&program), &section))
+        std::fs::write(file, section::replaced(&before, &command(), &section))
     }
 }
 
-/// Name of this program.
-fn program() -> String {
-    let file = std::env::current_exe().unwrap_or_default();
-    file.file_stem().unwrap_or_default().to_string_lossy().into_owned()
+/// Name of the suite.
+fn suite() -> String {
+    std::env::args().nth(1).unwrap_or_default()
 }
 
 /// The command as a person would type it, without `--results`.
-fn command(program: &str) -> String {
+fn command() -> String {
     let arguments: Vec<String> = std::env::args().skip(1).collect();
-    let begin = format!("cargo run -p evaluation --bin {program}");
-    match without_results(&arguments).as_slice() {
-        [] => begin,
-        rest => format!("{begin} -- {}", rest.join(" ")),
-    }
+    format!("cargo run -p evaluation -- {}", without_results(&arguments).join(" "))
 }
 
 fn without_results(arguments: &[String]) -> Vec<&str> {

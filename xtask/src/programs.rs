@@ -12,8 +12,8 @@ use std::process::Command;
 pub enum Program {
     /// The workbench.
     Truing,
-    /// Our parts beside published crates, counted in QEMU: starts the next one.
-    BenchImage,
+    /// The suites of the measured tables; one of them starts the next program.
+    Evaluation,
     /// What the program above runs on the chip.
     BenchOnChip,
     /// Would the image run on the chip?
@@ -33,7 +33,7 @@ impl Program {
     fn names(self) -> (&'static str, &'static str) {
         match self {
             Program::Truing => ("truing", "truing"),
-            Program::BenchImage => ("evaluation", "bench_image"),
+            Program::Evaluation => ("evaluation", "evaluation"),
             Program::BenchOnChip => ("bench-image", "bench-image"),
             // In packages of their own: probe-rs takes a minute to build, and only panic-paths reads debug information.
             Program::FlashDryRun => ("flash-dry-run", "flash-dry-run"),
@@ -150,10 +150,15 @@ pub fn mutants() -> Command {
 const PACKED: [&str; 6] =
     ["servo", "reference-plant", ENGINE, "truing-formats", "truing-files", "truing-report"];
 
+/// They as a choice of packages.
+pub fn packed() -> Vec<&'static str> {
+    PACKED.iter().flat_map(|name| ["--package", name]).collect()
+}
+
 /// Packs them without building them anew.
 pub fn packing() -> Command {
     let mut command = cargo(&["package", "--quiet", "--no-verify", "--allow-dirty"]);
-    command.args(PACKED.iter().flat_map(|name| ["--package", name]));
+    command.args(packed());
     command
 }
 

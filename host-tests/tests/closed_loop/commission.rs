@@ -1,4 +1,4 @@
-//! Commissioning end to end on drawn plants, reduced; the full suites are `cargo run -p evaluation --bin accuracy`.
+//! Commissioning end to end on drawn plants, reduced; the full suites are `cargo run -p evaluation -- accuracy`.
 
 use rayon::prelude::*;
 use servo::optional::Optional;

@@ -1,4 +1,4 @@
-//! Motors that are wired, described or driven wrongly, reduced; the full suite is `cargo run -p evaluation --bin commission_faults`.
+//! Motors that are wired, described or driven wrongly, reduced; the full suite is `cargo run -p evaluation -- commission-faults`.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;

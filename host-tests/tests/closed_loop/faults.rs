@@ -1,4 +1,4 @@
-//! Protection in a broken world, reduced: the whole suite is `cargo run -p evaluation --bin faults`.
+//! Protection in a broken world, reduced: the whole suite is `cargo run -p evaluation -- faults`.
 
 use servo::axis::Command;
 use servo::axis::{Axis, Bridge};

@@ -1,4 +1,4 @@
-//! The first motion of a joint that nobody knows, reduced: `cargo run -p evaluation --bin faults -- --first-motion`.
+//! The first motion of a joint that nobody knows, reduced: `cargo run -p evaluation -- faults --first-motion`.
 
 use servo::identify::estimate::Reason;
 use servo::protect::Fault;

@@ -1,5 +1,5 @@
 //! Stored parameters: the record and its layouts, the log on flash, and the power cuts (reduced; the full table comes
-//! from `cargo run --package evaluation --bin power_cuts`).
+//! from `cargo run --package evaluation -- power-cuts`).
 
 use embedded_storage::nor_flash::NorFlash;
 use servo::axis::Bridge;

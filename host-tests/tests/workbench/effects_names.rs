@@ -28,7 +28,7 @@ const AT_HOME: [&str; 2] = ["workbench/core/src/system/effects", "workbench/core
 /// Places where such a word means something else, with the reason.
 const OTHER_MEANINGS: [(&str, &str); 1] = [
     // A kind of table that the evaluation draws: a label beside "offset" and "zone+limit".
-    ("evaluation/src/bin/steady_accuracy.rs", "dead_zone"),
+    ("evaluation/src/suites/steady_accuracy.rs", "dead_zone"),
 ];
 
 fn root() -> PathBuf {

@@ -1,7 +1,7 @@
 //! The shares of the squared error by which names are judged where a model is itself a fit to the log.
 
 /// Limits of the search by shares. Origin: set on the rigs of `data/rigs/`, and moved in the leave-one-rig-out study (`cargo run -p
-/// evaluation --bin leave_one_rig_out`): of 40 rigs 38 were answered as expected, and with one limit lower / higher 38 / 38 (`joins`
+/// evaluation -- leave-one-rig-out`): of 40 rigs 38 were answered as expected, and with one limit lower / higher 38 / 38 (`joins`
 /// 0.08 / 0.25), 36 / 36 (`stays` 0.12 / 0.4), 38 / 37 (`points` 0.25 / 1), 37 / 39 (`richer` 0.7 / 0.9), 36 / 38 (`against_given`
 /// 0.5 / 0.8).
 #[derive(Clone, Copy, Debug, PartialEq)]

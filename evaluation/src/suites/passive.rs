@@ -1,9 +1,8 @@
-//! Identification in ordinary motion, real loops around it: `cargo run -p evaluation --bin passive -- --plants 30`.
+//! Identification in ordinary motion, real loops around it: `cargo run -p evaluation -- passive --plants 30`.
 //!
 //! Prints two Markdown tables: learning where nothing was commissioned, and following a load step at constant speed after
 //! a commissioning. Seeds apart from those that the identifier was designed with.
 
-use clap::Parser;
 use evaluation::{Page, Results};
 use rayon::prelude::*;
 use servo::protect::Fault;
@@ -13,8 +12,8 @@ use trials::passive::{Followed, Following, Learned, Learning, Motion};
 use trials::tracking::quantile;
 
 /// Arguments.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Plants of each family a row.
     #[arg(long, default_value_t = 30)]
     plants: u32,
@@ -41,8 +40,7 @@ struct Arguments {
 const SEEDS: u32 = 740_000;
 const FAMILIES: [Family; 3] = [Family::G1, Family::G2, Family::G3];
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     page.line(
         "| nothing commissioned | family | plants | dead zone % | gain % | time constant % | trusted, worst dead zone, gain, time constant | false trust | covered, u95 % | doubts | faults |"

@@ -1,9 +1,8 @@
 //! Same code, same bits, at length: sampled plants commission, track and are excited by a chirp through the image in
 //! QEMU; every bit is compared with the host.
 //!
-//! `cargo run -p evaluation --bin same_bits -- --plants 36`
+//! `cargo run -p evaluation -- same-bits --plants 36`
 
-use clap::Parser;
 use evaluation::Results;
 use servo::motion::excitation::{Sweep, Waveform};
 use servo::optional::Optional;
@@ -13,8 +12,8 @@ use trials::firmware::compare;
 use truing::device::session::{Profile, Task};
 
 /// Commissions, tracks and excites sampled plants in QEMU and replays every session on the host.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// How many plants, dealt over families, severities and control rates.
     #[arg(long, default_value_t = 36)]
     plants: u32,
@@ -31,8 +30,7 @@ struct Arguments {
 /// Evaluation seeds of this suite start here.
 const SEEDS: u32 = 500_000;
 
-fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) -> ExitCode {
     let mut page = arguments.results.page();
     let (mut ticks, mut commissionings, mut different) = (0, 0, 0);
     for number in arguments.first..arguments.first + arguments.plants {

@@ -1,7 +1,7 @@
 //! A small simulator of a motor with something that no library holds. It shares no code with the workbench's plant nor with the
 //! reference plant: one fixed fine step, semi-implicit, for everything.
 
-use crate::kinds::{Kind, Oddity};
+use super::kinds::{Kind, Oddity};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, StandardNormal};

@@ -1,9 +1,8 @@
-//! The tracking and hunting suite: `cargo run -p evaluation --bin tracking -- --plants 200`.
+//! The tracking and hunting suite: `cargo run -p evaluation -- tracking --plants 200`.
 //!
 //! Prints one Markdown table: every row an experiment on as many plants as asked for, seeds apart from those that the
 //! loops were designed with.
 
-use clap::Parser;
 use evaluation::{Page, Results};
 use rayon::prelude::*;
 use servo::axis::HOLD_BAND;
@@ -13,8 +12,8 @@ use trials::families::{Family, Seeds, Severity};
 use trials::tracking::{Experiment, Knowledge, Left, Run, quantile};
 
 /// Arguments.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Plants a row.
     #[arg(long, default_value_t = 200)]
     plants: u32,
@@ -38,8 +37,7 @@ const FAMILIES: [(&str, Family, Severity); 4] = [
     ("paper ± 20 %", Family::Paper, Severity::Nominal),
 ];
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     page.line(
         "| plants | tick | sine | knowledge | trusted | rms without | rms with, median / p95 | better, median / p10 / worst | speed estimate | left the hold band | sign changes outside it | rests outside it, farthest | faults |"

@@ -1,11 +1,10 @@
 //! Leave-one-rig-out study of the limits by which names are judged on rigs:
-//! `cargo run -p evaluation --bin leave_one_rig_out -- data/rigs --data DATA`.
+//! `cargo run -p evaluation -- leave-one-rig-out data/rigs --data DATA`.
 //!
 //! Every limit is halved towards doing nothing and widened, one at a time. For each rig the setting that answers most of the *other* rigs as
 //! expected is taken, and the rig is judged with it. A figure near that of the default setting says that the limits are not fitted to
 //! single rigs.
 
-use clap::Parser;
 use evaluation::Results;
 use std::path::PathBuf;
 use truing::gap::Options;
@@ -13,8 +12,8 @@ use truing::gap::search::ShareLimits;
 use truing::proving::commands::judge::answer;
 use truing::proving::commands::rig::Rig;
 
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Folders of rigs.
     #[arg(required = true)]
     folders: Vec<PathBuf>,
@@ -47,8 +46,7 @@ fn settings() -> Vec<Setting> {
     all
 }
 
-fn main() -> anyhow::Result<()> {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) -> anyhow::Result<()> {
     let mut rigs = Vec::new();
     for folder in &arguments.folders {
         rigs.extend(Rig::all(folder)?);

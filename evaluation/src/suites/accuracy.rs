@@ -1,6 +1,6 @@
 //! The accuracy suites: commissions many plants and prints markdown rows, the source of docs/results/README.md.
 
-use clap::{Parser, ValueEnum};
+use clap::ValueEnum;
 use evaluation::{Page, Results};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
@@ -23,8 +23,8 @@ enum SeverityName {
 }
 
 /// Accuracy of the commissioning on drawn plants.
-#[derive(Parser, Debug)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Families.
     #[arg(long, value_enum, value_delimiter = ',', default_value = "g1,g2,g3")]
     family: Vec<FamilyName>,
@@ -71,8 +71,7 @@ struct Arguments {
     results: Results,
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     page.line(
         "| family | budget | rate | n | dead zone % | gain % | time constant % | saturation % | unseen, invented | trusted, worst | false trust | covered, u95 % | mechanism right, wrong | refused, doubts |"

@@ -1,10 +1,9 @@
-//! `truing improve` on drawn motors: `cargo run -p evaluation --bin improve -- --motors 20`.
+//! `truing improve` on drawn motors: `cargo run -p evaluation -- improve --motors 20`.
 //!
 //! Every motor is one of the case generator's, with effects that nobody is told of, behind the servo's library. The servo knows
 //! supply, rated speed and encoder. One run of the loop; afterwards the same motor, with other noise, follows a sine at a fifth of
 //! full speed and a slow crawl with the numbers of before and of after.
 
-use clap::Parser;
 use evaluation::Results;
 use rayon::prelude::*;
 use std::time::Instant;
@@ -20,8 +19,8 @@ use truing::synthetic::cases::{self, Case, Set, Spec};
 use truing::system::model;
 
 /// Improves drawn motors.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Motors.
     #[arg(long, default_value_t = 20)]
     motors: usize,
@@ -65,8 +64,7 @@ struct Seen {
     kept: bool,
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     let spec = Spec { evaluation: true, ..Spec::new(SETS[arguments.effects.min(3)]) };
     let hides = |case: &Case| {

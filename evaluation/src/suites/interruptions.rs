@@ -1,10 +1,9 @@
-//! Interruptions at random instants: `cargo run -p evaluation --bin interruptions -- --instants 200`.
+//! Interruptions at random instants: `cargo run -p evaluation -- interruptions --instants 200`.
 //!
 //! A command that moves a motor is started on the firmware in QEMU and interrupted by Ctrl-C, a termination or a hang-up, at a random
 //! instant from its start on. Afterwards the motor must have seen its bridge open, every file that was written must be whole, and
 //! neither a process nor a temporary folder may be left.
 
-use clap::Parser;
 use evaluation::Results;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -17,8 +16,8 @@ use truing::device::axis_file;
 use truing::device::run_log::Tape;
 
 /// Interrupts commands that move a motor.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Interruptions.
     #[arg(long, default_value_t = 200)]
     instants: u64,
@@ -51,8 +50,7 @@ struct Seen {
     faults: Vec<String>,
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     let mut rows: BTreeMap<&str, [u64; 3]> = BTreeMap::new();
     let mut faults = Vec::new();

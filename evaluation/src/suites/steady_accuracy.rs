@@ -1,10 +1,9 @@
-//! Accuracy of steady-state tables on random motors: `cargo run -p evaluation --bin steady_accuracy -- [TABLES] [SEED]`.
+//! Accuracy of steady-state tables on random motors: `cargo run -p evaluation -- steady-accuracy [TABLES] [SEED]`.
 //!
 //! Each table draws a motor, base errors N(0, 5 %) cut at two, noise of 0.1–1 % of the largest speed, 20–60 voltages in one
 //! or both directions, and no effect, one, or two. Speeds come from closed forms written here, not from the library's map.
 //! Seeds below 1,000,000 are for design; evaluate with others.
 
-use clap::Parser;
 use evaluation::Results;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -104,8 +103,8 @@ fn right(case: &Case, outcome: &Outcome) -> (bool, bool) {
 }
 
 /// Accuracy of steady-state tables on random motors.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// How many tables.
     #[arg(default_value_t = 160)]
     tables: u64,
@@ -116,8 +115,7 @@ struct Arguments {
     results: Results,
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let (tables, first) = (arguments.tables, arguments.seed);
     let mut page = arguments.results.page();
     let results: Vec<(Case, Outcome)> = (first..first + tables)

@@ -1,4 +1,4 @@
-//! Mistakes in files: `cargo run -p evaluation --bin mistakes -- --draws 3` and `--right 2000`.
+//! Mistakes in files: `cargo run -p evaluation -- mistakes --draws 3` and `--right 2000`.
 //!
 //! Each kind of mistake is made in a log, a held-out record or a model file of three motors: one from which nothing is missing, one with a
 //! dead zone, one with dry friction behind a gear. The workflow must name the cause or refuse the file with a clear error; it must
@@ -8,7 +8,6 @@
 mod kinds;
 mod rig;
 
-use clap::Parser;
 use evaluation::Results;
 use kinds::{KINDS, Kind};
 use rayon::prelude::*;
@@ -19,8 +18,8 @@ use truing::synthetic::cases::{Set, Spec, draw};
 use truing::system::log::{self, Columns, Log};
 use truing::system::model;
 
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Motors of each of the three families for each kind.
     #[arg(long, default_value_t = 1)]
     draws: u64,
@@ -56,8 +55,7 @@ enum Answer {
     FalseName,
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     if arguments.right > 0 {
         return right_files(&arguments);
     }

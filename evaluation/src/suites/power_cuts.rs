@@ -1,14 +1,13 @@
 //! The full table of power cuts; docs/results/README.md has its sums.
 
-use clap::Parser;
 use evaluation::{Page, Results};
 use rayon::prelude::*;
 use trials::power_cut::suite::{Situation, Tally, cut_everywhere, life, operations};
 use trials::power_cut::{library, suite};
 
 /// Cuts the power at every flash operation of save, update and erase, and counts what is read afterwards.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Times each operation is cut in each of the eight ways.
     #[arg(long, default_value_t = 40)]
     seeds: u64,
@@ -25,8 +24,7 @@ struct Arguments {
 const SMALL: usize = 4096;
 const REAL: usize = 128 * 1024;
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     heading(&mut page);
     let mut total = Tally::default();

@@ -1,9 +1,8 @@
-//! Evaluation of fleets: `cargo run -p evaluation --bin fleet`.
+//! Evaluation of fleets: `cargo run -p evaluation -- fleet`.
 //!
 //! Two parts. The statistics are measured on many fleets of drawn results whose errors are what they are said to be. Names, alarms and spread
 //! are measured end to end besides, on fewer fleets: drawn motors, logs of them, a check each.
 
-use clap::Parser;
 use evaluation::{Page, Results};
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -20,8 +19,8 @@ use truing::fleet::stats::spread::Method;
 use truing::fleet::store::{Effect, Kept, Key, Number, Store, Told};
 use truing::system::effects;
 
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Drawn fleets of results.
     #[arg(long, default_value_t = 40)]
     fleets: u64,
@@ -57,8 +56,7 @@ const MIDDLE: f64 = 0.6;
 /// Drifts and steps, in standard deviations by which the friction of a unit scatters from log to log.
 const SIZE: f64 = 3.0;
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     quiet(&arguments, &mut page);
     for (part, size) in [(0.1, 3.0), (0.25, 3.0), (0.1, 4.0), (0.1, 5.0)] {
@@ -204,10 +202,10 @@ fn end_to_end(arguments: &Arguments, page: &mut Page) {
         let fleet = Fleet::draw(seed, arguments.days, arguments.rows);
         let folder = arguments.folder.join(seed.to_string());
         let pilot =
-            run(&fleet, &[const { Fate::Quiet }; 4], &folder.join("pilot")).expect("the pilot runs").1;
+            checked(&fleet, &[const { Fate::Quiet }; 4], &folder.join("pilot")).expect("the pilot runs").1;
         let part = SIZE * scatter(&pilot);
         let fates = fates(&fleet, arguments.units, part);
-        let (summary, results) = run(&fleet, &fates, &folder.join("fleet")).expect("the fleet runs");
+        let (summary, results) = checked(&fleet, &fates, &folder.join("fleet")).expect("the fleet runs");
         let findings = Findings::of(&results, Method::Reml, RATE);
         page.line(format!(
             "\nEnd to end, kind {seed}: {} units × {} days of {} rows; {} searched, {} unchanged, {} there. A friction drifts or steps by \
@@ -337,7 +335,7 @@ fn truths(
 /// Each unit with its results.
 type Units = Vec<(String, Vec<Kept>)>;
 
-fn run(fleet: &Fleet, fates: &[Fate], folder: &Path) -> anyhow::Result<(Summary, Units)> {
+fn checked(fleet: &Fleet, fates: &[Fate], folder: &Path) -> anyhow::Result<(Summary, Units)> {
     fleet.write(folder, fates)?;
     let store = Store::new(&folder.join("results"));
     let summary = ingest::run(&manifest::read(&folder.join("manifest.csv"))?, &store, 0, &|_, _| ())?;

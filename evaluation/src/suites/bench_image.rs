@@ -2,7 +2,6 @@
 //!
 //! `cargo xtask bench`
 
-use clap::Parser;
 use evaluation::Results;
 use trials::counts;
 
@@ -29,14 +28,14 @@ const WHAT: [(&str, &str, &str); 10] = [
 ];
 
 /// Counts instructions in QEMU: ours beside published crates.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     #[command(flatten)]
     results: Results,
 }
 
-fn main() {
-    let mut page = Arguments::parse().results.page();
+pub fn run(arguments: Arguments) {
+    let mut page = arguments.results.page();
     page.line("| subject | control rate | updates | average | worst | arithmetic | delivers |");
     page.line("|---|---|---|---|---|---|---|");
     for count in counts::run() {

@@ -1,5 +1,5 @@
 //! Evaluation of what the gap workflow says of logs that no name explains:
-//! `cargo run -p evaluation --bin outsiders -- --draws 20`.
+//! `cargo run -p evaluation -- outsiders --draws 20`.
 //!
 //! Each kind is drawn from seeds of its own. It must not be given a name, the report must say what the rest depends on, and the
 //! term without a name must lower the held-out gap. With `--again` the workflow is run again on the extended model.
@@ -7,7 +7,6 @@
 mod kinds;
 mod rig;
 
-use clap::Parser;
 use evaluation::Results;
 use kinds::{KINDS, Kind};
 use rayon::prelude::*;
@@ -19,8 +18,8 @@ use truing::outcome::{Outcome, Verdict};
 use truing::report::{Exporter, model_file::ModelFile};
 use truing::system::model::{self, Model};
 
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Cases of each kind.
     #[arg(long, default_value_t = 20)]
     draws: u64,
@@ -78,8 +77,7 @@ impl Said {
     }
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let jobs = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs).build().expect("threads");
     let mut page = arguments.results.page();
     page.line("```text");

@@ -1,10 +1,9 @@
-//! Numbers that `truing start` leaves open: `cargo run -p evaluation --bin start_models -- --motors 200 --design`.
+//! Numbers that `truing start` leaves open: `cargo run -p evaluation -- start-models --motors 200 --design`.
 //!
 //! Motors with one hidden effect are logged without a current. The model states what a label tells, resistance and motor constant with a
 //! tenth of error, and the inertia is unknown. Asked is whether the effect is named, how far its size in volts is off, and whether the
 //! truth lies within two of the ± that are told.
 
-use clap::Parser;
 use evaluation::Results;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -16,8 +15,8 @@ use truing::system::effects;
 use truing::system::log::{Dynamic, Input, Log, Run};
 use truing::system::model::{self, Model};
 
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Motors to draw.
     #[arg(long, default_value_t = 200)]
     motors: u64,
@@ -188,8 +187,7 @@ fn answered(motor: &Motor, outcome: &Outcome) -> Answer {
     }
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let first = if arguments.design { 0 } else { EVALUATION };
     let of_seed = |seed: u64| {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);

@@ -1,6 +1,5 @@
-//! The fault-injection suite: `cargo run -p evaluation --bin faults -- --help`.
+//! The fault-injection suite: `cargo run -p evaluation -- faults --help`.
 
-use clap::Parser;
 use evaluation::{Page, Results};
 use servo::protect::{Fault, Settings};
 use std::collections::BTreeMap;
@@ -12,8 +11,8 @@ use trials::faults::trial::{Trial, When};
 use trials::faults::world::Injury;
 
 /// Injects faults into virtual motors and prints what protection made of them.
-#[derive(Parser, Debug)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Plants of each of the four families.
     #[arg(long, default_value_t = 18)]
     plants: u32,
@@ -64,8 +63,7 @@ const BEFORE: [(&str, Injury); 5] = [
     ("motor disconnected", Injury::MotorDisconnected),
 ];
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     match arguments.calm_h {
         Some(hours) => calm(&mut page, &arguments, hours),

@@ -1,11 +1,10 @@
 //! Evaluation of the gap workflow on hidden cases:
-//! `cargo run -p evaluation --bin naming -- --singles 100 --nothing 100 --lines target/naming.jsonl`.
+//! `cargo run -p evaluation -- naming --singles 100 --nothing 100 --lines target/naming.jsonl`.
 //!
 //! Each case goes through files, as a user's would: the answer stays in memory here, out of the analysis' reach. Lines are
 //! appended to `--lines`, and cases that stand there are not run again, so a long evaluation may be interrupted; without
 //! counts the table is made from the file alone.
 
-use clap::Parser;
 use evaluation::Results;
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
@@ -27,8 +26,8 @@ use truing::system::effects::{self, Meaning};
 use truing::system::log::Dynamic;
 use truing::system::model::{self, Model};
 
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Cases with one hidden effect.
     #[arg(long, default_value_t = 0)]
     singles: u32,
@@ -79,8 +78,7 @@ struct Arguments {
 /// Seeds of cases with the current logged start here, apart from the others of their set.
 const WITH_CURRENT: u32 = 1_000_000;
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let jobs = rayon::ThreadPoolBuilder::new().num_threads(arguments.jobs).build().expect("threads");
     if arguments.next_experiments > 0 {
         return jobs.install(|| next_experiments(&arguments));

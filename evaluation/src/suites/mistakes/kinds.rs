@@ -1,6 +1,6 @@
 //! The mistakes.
 
-use crate::rig::Files;
+use super::rig::Files;
 
 /// rad/s in an rpm, turned round.
 const RPM: f64 = 60.0 / std::f64::consts::TAU;
@@ -331,7 +331,7 @@ pub static KINDS: &[Kind] = &[
 ];
 
 /// One row in so many is lost, and the time column goes on as if it were not.
-fn drop_rows(record: &mut crate::rig::Columns, of: usize) {
+fn drop_rows(record: &mut super::rig::Columns, of: usize) {
     for column in record.iter_mut() {
         let mut row = 0;
         let rows = column.1.len();
@@ -353,7 +353,7 @@ fn gone(row: usize, of: usize) -> bool {
 }
 
 /// One row in so many stands twice.
-fn double_rows(record: &mut crate::rig::Columns, of: usize) {
+fn double_rows(record: &mut super::rig::Columns, of: usize) {
     let rows = record[0].1.len();
     for column in record.iter_mut().filter(|column| column.0 != "t_s") {
         let twice =
@@ -363,7 +363,7 @@ fn double_rows(record: &mut crate::rig::Columns, of: usize) {
 }
 
 /// The outputs come so many rows before their input.
-fn shift(record: &mut crate::rig::Columns, rows: usize) {
+fn shift(record: &mut super::rig::Columns, rows: usize) {
     for column in record.iter_mut() {
         match column.0 {
             "t_s" => column.1.truncate(column.1.len() - rows),

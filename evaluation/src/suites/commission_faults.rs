@@ -1,6 +1,5 @@
 //! Commissionings of motors that are wired, described or driven wrongly: do they end, how far does the shaft turn, and what is said?
 
-use clap::Parser;
 use evaluation::Results;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
@@ -13,8 +12,8 @@ use trials::families::{Family, Options, Plant, Seeds, Severity};
 use trials::faults::commissioning::{Flaw, Trial, commission, commission_image};
 
 /// Commissions flawed motors and prints what was made of them.
-#[derive(Parser, Debug)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Motors of each kind of flaw, over all families.
     #[arg(long, default_value_t = 150)]
     motors: u32,
@@ -75,8 +74,7 @@ fn sign(rng: &mut ChaCha8Rng) -> f64 {
     if rng.random_bool(0.5) { 1.0 } else { -1.0 }
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     page.line("| flaw | motors | beyond budget + 1 s | longest, s | after it showed: beyond a turn and 0.3 s | turns, worst | right reason | trusted and wrong | reasons |");
     page.line("|---|---|---|---|---|---|---|---|---|");

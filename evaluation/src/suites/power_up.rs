@@ -1,6 +1,5 @@
-//! First power-ups under a current limit: `cargo run -p evaluation --bin power_up -- --plants 20`.
+//! First power-ups under a current limit: `cargo run -p evaluation -- power-up --plants 20`.
 
-use clap::Parser;
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use trials::commissioning::quantiles;
@@ -8,8 +7,8 @@ use trials::families::{Family, Options, Plant, Seeds, Severity};
 use trials::power_up::{Outcome, PowerUp, Recipe};
 
 /// Arguments.
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Plants of each family a row.
     #[arg(long, default_value_t = 20)]
     plants: u32,
@@ -42,8 +41,7 @@ struct Arguments {
 /// Evaluation seeds of this suite start here.
 const SEEDS: u32 = 780_000;
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     if arguments.recipe {
         return recipes(&arguments);
     }

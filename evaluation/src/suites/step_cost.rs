@@ -1,8 +1,7 @@
-//! What an inner step of the plant costs, alone and in lock-step: `cargo run --release -p evaluation --bin step_cost`.
+//! What an inner step of the plant costs, alone and in lock-step: `cargo run --release -p evaluation -- step-cost`.
 //!
 //! Shortest of some runs on one thread: whatever else the machine does can only make one longer.
 
-use clap::Parser;
 use evaluation::{Page, Results};
 use std::time::Instant;
 use trials::sets::{middle, motor, ready, reversing};
@@ -18,8 +17,8 @@ use truing::system::model::Model;
 use truing::system::plant::physics::Physics;
 
 /// Measures nanoseconds an inner step and parameter set.
-#[derive(Parser, Debug)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Runs of each kind, of which the shortest counts.
     #[arg(long, default_value_t = 30)]
     runs: u32,
@@ -41,8 +40,7 @@ const KINDS: [(&str, Option<&'static Effect>); 7] = [
 /// Sets in lock-step.
 const SETS: [usize; 3] = [1, 4, 8];
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     let model = motor();
     let dataset = ready(&model, reversing(20_000, 200, 1e-3));

@@ -1,11 +1,10 @@
-//! Right files, and files with bad cells: `cargo run -p evaluation --bin accused -- --right 3000` and `--bad 500`.
+//! Right files, and files with bad cells: `cargo run -p evaluation -- accused --right 3000` and `--bad 500`.
 //!
 //! Motors are drawn with and without dry friction and a dead zone, under steps of many levels or of two, sweeps and ramps, with rows from
 //! 1 to 50 ms, and sensors from noise-free to whole turns a minute. Nothing is wrong with the files: whatever is said of them is an
 //! accusation. With `--bad` one to ten cells of such a file are spoilt, anywhere in any column; their lines must be told and no name that is
 //! not there may come of them.
 
-use clap::Parser;
 use evaluation::Results;
 use rand::seq::IndexedRandom;
 use rand::{RngExt, SeedableRng};
@@ -19,8 +18,8 @@ use truing::system::effects;
 use truing::system::log::{self, Columns, Log, Reading};
 use truing::system::model::{self, Model};
 
-#[derive(Parser)]
-struct Arguments {
+#[derive(clap::Args, Debug)]
+pub struct Arguments {
     /// Right files that are drawn.
     #[arg(long, default_value_t = 0)]
     right: u64,
@@ -310,8 +309,7 @@ fn asked(seed: u64, read_only: bool) -> (usize, usize, bool, String) {
     (seen.len(), told, false_name, line)
 }
 
-fn main() {
-    let arguments = Arguments::parse();
+pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     let seeds = |count: u64| arguments.first..arguments.first + count;
     if arguments.right > 0 {
