@@ -62,6 +62,7 @@ const SMALLEST_MOTION: f64 = 0.005;
 /// If nothing moves, nothing can be tested.
 pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
     let scales = &dataset.scales;
+    // Rounding of one step alone spreads over some three σ. Chosen by judgement; not studied.
     let moves = dataset.range() > 5.0 * dataset.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
     (!moves).then(|| Outcome {
         notes: still(dataset),

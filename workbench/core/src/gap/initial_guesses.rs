@@ -100,6 +100,7 @@ impl Basis {
     fn gravity(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
         let ratio = self.plant.gear_ratio;
         let torque = dataset.scales.of(effect.parameters[0].scale);
+        // A twentieth of the largest torque is a start that any fit finds its way from. Chosen by judgement; not studied.
         let mut starts: Vec<Vec<f64>> =
             [0.0, FRAC_PI_2, PI, -FRAC_PI_2].iter().map(|phase| vec![0.05 * ratio, *phase]).collect();
         for line in self.scan(dataset, Axis::Position, 1.0 / ratio, 1) {
@@ -143,6 +144,7 @@ impl Basis {
     /// Peaks of the scan over the time, the strongest first.
     fn time_peaks(&self, dataset: &Dataset) -> Vec<Line> {
         let unit = PI / dataset.scales.duration;
+        // Twenty times above its corner a motor answers with a twentieth. Chosen by judgement; not studied.
         let highest = 20.0 / dataset.scales.time;
         let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
         let mut lines = self.scan(dataset, Axis::Time, unit, count);

@@ -13,6 +13,15 @@ use std::ops::Range;
 const LEAST_DAMPING: f64 = 1e-9;
 /// The damping with which a descent begins. Chosen by judgement; not studied.
 const FIRST_DAMPING: f64 = 1e-2;
+/// By what the damping falls after a step that lowered the cost, and grows after one that did not. Marquardt (SIAM J. 11, 1963)
+/// takes ten for both; chosen by judgement beside it, not studied.
+const CALMER: f64 = 8.0;
+const STIFFER: f64 = 6.0;
+/// By what the damping falls where it alone makes the step too short to be worth a simulation. Chosen by judgement; not studied.
+const FREED: f64 = 1e3;
+/// What is added to the diagonal, absolute and in units of it, so that a number without any influence leaves the equations
+/// solvable: some thousand times the rounding of a double.
+const RIDGE: f64 = 1e-12;
 /// Dampings that are tried for one step. Chosen by judgement; not studied.
 const TRIES: usize = 6;
 /// Slow steps in a row that end a descent. Chosen by judgement; not studied.
@@ -178,15 +187,15 @@ impl<'p, P: Problem> Descent<'p, P> {
         for _ in 0..TRIES {
             if let Some(step) = normal.step(self.damping) {
                 if normal.predicted_decrease(&step) < negligible && self.damping > LEAST_DAMPING {
-                    self.damping = (self.damping / 1e3).max(LEAST_DAMPING);
+                    self.damping = (self.damping / FREED).max(LEAST_DAMPING);
                     continue;
                 }
                 if self.steps(&step) {
-                    self.damping = (self.damping / 8.0).max(LEAST_DAMPING);
+                    self.damping = (self.damping / CALMER).max(LEAST_DAMPING);
                     return true;
                 }
             }
-            self.damping *= 6.0;
+            self.damping *= STIFFER;
         }
         false
     }
@@ -246,7 +255,7 @@ impl Normal {
         let mut right = -&self.gradient;
         for (k, held) in self.held.iter().enumerate() {
             let diagonal = self.matrix[(k, k)];
-            matrix[(k, k)] = diagonal * (1.0 + damping) + 1e-12 * (1.0 + diagonal);
+            matrix[(k, k)] = diagonal * (1.0 + damping) + RIDGE * (1.0 + diagonal);
             if *held {
                 matrix.row_mut(k).fill(0.0);
                 matrix.column_mut(k).fill(0.0);

@@ -42,6 +42,7 @@ pub(super) fn even_rows(mut run: Run) -> Run {
     let (start, step) = (run.t_s[0], (run.t_s[last] - run.t_s[0]) / last as f64);
     let even = |k: usize| start + k as f64 * step;
     let rounding = (0..=last).map(|k| (run.t_s[k] - even(k)).abs()).fold(0.0, f64::max);
+    // A hundredth of a row is the rounding of a printed time. Chosen by judgement; not studied.
     if rounding < 0.01 * step {
         (0..=last).for_each(|k| run.t_s[k] = even(k));
     }

@@ -164,7 +164,7 @@ impl GridRun {
     }
 }
 
-/// Number of inner steps of a block.
+/// Number of inner steps of a block; 200 bound the time that a gap in the log takes. Chosen by judgement; not studied.
 #[inline(always)]
 pub fn pieces(length: f64, longest: f64) -> f64 {
     (length / longest - 1e-9).ceil().clamp(1.0, 200.0)

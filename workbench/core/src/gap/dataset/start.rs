@@ -19,6 +19,8 @@ pub(super) fn start_speed(run: &mut GridRun, plant: &Physics, sigma: f64, full_s
     }
     let slope = (n * sty - st * sy) / (n * stt - st * st).max(1e-300);
     let start = (sy - slope * st) / n;
+    // The intercept of a line through a dozen points is as uncertain as one of them, and a fifth more. A hundredth of full speed is rest.
+    // Chosen by judgement; not studied.
     let (first, uncertain) = (run.speed.measured[0], 1.2 * sigma);
     let moves = first * start > 0.0 && first.abs().min(start.abs()) > 4.0 * uncertain;
     if moves && sy.abs() / n > 0.01 * full_speed && predicts_better(run, plant, start) {

@@ -85,6 +85,7 @@ impl<'a> Stretches<'a> {
         let length = (BLOCKS * observation.thinning).max(rows(TIMES * scales.time));
         let length = length.max(rows(WINDOWS * observation.way_s.unwrap_or(0.0)));
         let lead = rows(LEAD * scales.time + observation.window_s).clamp(20, length);
+        // Within a tenth of a time constant the speed hardly changes. Chosen by judgement; not studied.
         let measure =
             Measure { input: scales.input, speed: scales.speed, rows: rows(0.1 * scales.time).max(1) };
         let all = pieces.iter().enumerate().flat_map(|(k, piece)| tiled(k, piece, length, lead)).collect();

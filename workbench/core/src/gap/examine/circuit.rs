@@ -85,7 +85,7 @@ fn rows(model: &Model, record: &Dynamic) -> Vec<Row> {
         let (Some(speed), Some(current)) = (&run.speed, &run.current_a) else { continue };
         for row in 1..run.rows().saturating_sub(1) {
             let driven = run.bridge[row] == Bridge::Driven && run.bridge[row - 1] == Bridge::Driven;
-            // A row in which the voltage jumps belongs to both.
+            // A row in which the voltage jumps belongs to both. A fiftieth is the ripple of a supply. Judgement; not studied.
             let step = (run.input[row] - run.input[row - 1]).abs();
             if driven && step < 0.02 * run.input[row].abs().max(0.1) {
                 let slope = (current[row + 1] - current[row - 1]) / (run.t_s[row + 1] - run.t_s[row - 1]);
@@ -136,7 +136,8 @@ impl Fits {
         let (across, drop) = (mean(&|row| row.across), mean(&|row| row.drop));
         let product = mean(&|row| (row.across - across) * (row.drop - drop));
         let square = mean(&|row| (row.drop - drop).powi(2));
-        // What a dead zone takes has the sign of the input, a zero has none.
+        // What a dead zone takes has the sign of the input, a zero has none; where nearly all rows go one way they cannot be told apart,
+        // and a twentieth keeps the quotient small. Chosen by judgement; not studied.
         let (way, more) = (mean(&sign), drop - across);
         let taken =
             mean(&|row| (row.drop - row.across - more) * (sign(row) - way)) / (1.0 - way * way).max(0.05);

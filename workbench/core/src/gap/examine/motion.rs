@@ -254,6 +254,7 @@ impl Motion {
         let fast = rows.filter(|row| row.1.abs() > 0.5 * self.fastest);
         let hard =
             median(&mut fast.map(|row| row.0.abs()).collect::<Vec<_>>()).max(0.5 * self.largest_input());
+        // Rows at the largest input itself always count, whatever its noise. Chosen by judgement; not studied.
         let hard = hard.min(0.95 * self.largest_input());
         let rows = |sign: f64| self.inputs().filter(|u| sign * **u > hard).count();
         20 * rows(1.0).min(rows(-1.0)) > self.rows()

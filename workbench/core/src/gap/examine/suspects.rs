@@ -17,13 +17,19 @@ const DEGREE: f64 = PI / 180.0;
 const NEAR: f64 = 0.03;
 
 /// What a voltage may be logged as, and its full scale.
-pub const SCALES: [(&str, f64); 5] = [
+const SCALES: [(&str, f64); 5] = [
     ("a duty from -1 to 1", 1.0),
     ("a duty in per cent", 100.0),
     ("a PWM of 8 bits", 255.0),
     ("a PWM of 10 bits", 1023.0),
     ("a PWM of 12 bits", 4095.0),
 ];
+
+/// Scales that a largest input belongs to: it fills a seventh of the range or more, and lies above it by no more than noise. Chosen by
+/// judgement; not studied.
+pub fn scales(largest: f64) -> impl Iterator<Item = (&'static str, f64)> {
+    SCALES.into_iter().filter(move |(_, full)| (0.15 * full..=1.02 * full).contains(&largest))
+}
 
 /// A mistake.
 #[derive(Clone, Debug)]
@@ -54,7 +60,7 @@ impl Suspect {
     pub fn explains(&self, motion: &Motion, base: &Base, model: &Model) -> Option<f64> {
         let swapped = if self.swapped { Some(motion.swapped()?) } else { None };
         let best = swapped.as_ref().unwrap_or(motion).near(base, self.rate)?;
-        // Numbers of a data sheet may be off together.
+        // Numbers of a data sheet may be off together, but by a tenth a unit is not in doubt. Judgement; not studied.
         let margin = NEAR + model.default_tolerance.min(0.1);
         let meant = Base { slope: base.slope * self.slope, rate: base.rate * self.rate };
         let gain = best.gain_over(&meant);
@@ -152,8 +158,7 @@ fn of_input(model: &Model, record: &Dynamic) -> Vec<Suspect> {
     let mut units = vec![(milli, 1000.0)];
     if let (Input::Voltage, Some(supply)) = (record.input, model.supply_nominal_v) {
         // The range is a part of the evidence: a PWM of 8 bits ends at 255.
-        let fits = SCALES.into_iter().filter(|(_, full)| (0.15 * full..=1.02 * full).contains(&largest));
-        units.extend(fits.map(|(name, full)| (name, full / supply)));
+        units.extend(scales(largest).map(|(name, full)| (name, full / supply)));
     }
     units.into_iter().map(|(unit, factor)| in_unit(record, column, unit, 1.0 / factor, 1.0)).collect()
 }

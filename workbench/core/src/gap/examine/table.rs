@@ -1,7 +1,7 @@
 //! Units and signs of a table of settled speeds.
 
 use super::motion::GAIN;
-use super::suspects::SCALES;
+use super::suspects::scales;
 use super::{ENOUGH, clearly};
 use crate::gap::time_base;
 use crate::outcome::DataFault;
@@ -37,9 +37,9 @@ pub fn fault(model: &Model, table: &Table) -> Option<DataFault> {
         (1e-3, "u_v is in mV".into(), times("u_v", 1e-3)),
     ];
     if let Some(supply) = model.supply_nominal_v {
-        let fits = SCALES.into_iter().filter(|(_, full)| (0.15 * full..=1.02 * full).contains(&largest));
         listed.extend(
-            fits.map(|(name, full)| (supply / full, format!("u_v is {name}"), times("u_v", supply / full))),
+            scales(largest)
+                .map(|(name, full)| (supply / full, format!("u_v is {name}"), times("u_v", supply / full))),
         );
     }
     let near = |factor: f64| {

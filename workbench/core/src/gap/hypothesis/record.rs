@@ -116,7 +116,8 @@ impl Data for Dataset {
         if model.fitted_to_log { FITTED_BOUND } else { NUISANCE_BOUND }
     }
 
-    /// Of a parameter a thousandth of its scale; of a frequency a phase of a hundredth of a turn over the log.
+    /// Of a parameter a thousandth of its scale; of a frequency a phase of a hundredth of a turn over the log. Of a start a tenth and of
+    /// a nuisance a fiftieth of its own ±. Steps that large are well above rounding and too small to bend. Judgement; not studied.
     fn step(&self, slot: &Slot, parameter: Option<&Parameter>) -> f64 {
         let scales = &self.scales;
         match (slot, parameter.map(|it| (it.scale, it.meaning))) {

@@ -148,6 +148,7 @@ fn improving<'d>(
     let every = with.iter().zip(&without).zip(dataset.held_out_samples());
     let shares = every.map(|((with, without), samples)| {
         let noise = samples as f64 * dataset.sigma * dataset.sigma;
+        // A tenth at least, where hardly more than noise is left and the share would be one of nothing. Judgement; not studied.
         (without - with) / (without - noise).max(0.1 * without)
     });
     Some((dependence, shares.fold(1.0, f64::min), fitted))

@@ -123,6 +123,7 @@ pub fn fitted(scored: &Scored, dependence: &Dependence) -> Fitted {
     let (unit, term) = (problem.unit, &dependence.candidate.term);
     let mut x: Vec<f64> = term.values.iter().map(|value| value / unit).collect();
     x.extend(&scored.fit.x);
+    // A thousandth of the cost and a fiftieth of a residual are below what a reader sees of the share. Judgement; not studied.
     let schedule = |iterations| Schedule { iterations, slow: 1e-3, negligible: 0.02 };
     let mut solution = solve(&mut problem, &x, &schedule(STEPS[0]));
     problem = Together::of(hypothesis, dependence, &FINAL);

@@ -111,7 +111,7 @@ pub fn motor(draft: &Draft, line: &Line, log: &Log, winding: Option<Winding>) ->
     let b = draft.number("b_nms_per_rad").unwrap_or(0.0);
     let k = k.or(winding.map(|it| it.ke_vs_per_rad)).unwrap_or(1.0 / gain);
     let r = r.or(winding.map(|it| it.r_ohm));
-    // With J known and R not, R J/(K² + b R) = T gives R.
+    // With J known and R not, R J/(K² + b R) = T gives R; a tenth keeps it positive where b alone explains T.
     let r = r.or(j.map(|j| seconds * k * k / (j - seconds * b).max(0.1 * j))).unwrap_or(1.0);
     let j = j.unwrap_or(seconds * (k * k + b * r) / r);
     let all = [

@@ -100,6 +100,7 @@ impl Set<'_> {
         let residual = rows.fitted_only(&rows.residual(&self.plant()));
         let power: f64 = residual.iter().map(|r| r * r).sum();
         let pairs: f64 = residual.windows(2).map(|w| w[0] * w[1]).sum();
+        // At 0.8 the residuals are worth a ninth of their number: more is a missing effect, not noise. Judgement; not studied.
         let correlation = (pairs / power.max(f64::MIN_POSITIVE)).clamp(0.0, 0.8);
         // Independent residuals of n rows correlate by ±1/√n; only what exceeds that counts.
         let chance = 1.0 / (residual.len() as f64).sqrt();

@@ -52,6 +52,7 @@ impl Rows {
         let rows = log.u_v.len();
         let every = if rows < HALVED_FROM { 3 } else { 2 };
         let steepest = steepest(&log.u_v, &log.omega_rad_s);
+        // Twenty times the slope of the model is a wrong unit, of which others speak. Chosen by judgement; not studied.
         let gain = (steepest / plant.dc_gain().abs()).clamp(1.0, 20.0);
         Self {
             fitted: (0..rows).map(|k| keep_all || k % every != every - 1).collect(),
@@ -247,6 +248,7 @@ fn steepest(volts: &[f64], omega: &[f64]) -> f64 {
     let span = rows.last().map_or(0.0, |l| l.0 - rows[0].0);
     let far = |k: usize| {
         let mut further = rows[k..].iter();
+        // A tenth of the span apart: the slope is then that of the curve and not of two readings' noise. Judgement; not studied.
         let found = further.find(|r| r.0 - rows[k].0 >= 0.1 * span);
         found.map(|r| (rows[k], *r))
     };

@@ -74,6 +74,7 @@ impl<'a> Search<'a> {
         for narrowed in narrowed(set) {
             let plant = narrowed.plant();
             for volts in self.rows.restarts() {
+                // Just below: the motor does start there.
                 let level = 0.999 * plant.applied(volts).abs() * plant.torque_per_input();
                 begins.push((narrowed.clone(), vec![0.0, level / torque, SLOW]));
             }

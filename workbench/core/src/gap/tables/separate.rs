@@ -31,7 +31,8 @@ pub struct Contrast {
     pub current_a: f64,
 }
 
-/// The catalogue for a motor that takes `top` volts and settles in `tau` seconds.
+/// The catalogue for a motor that takes `top` volts and settles in `tau` seconds. After four and five time constants 2 and 0.7 %
+/// of a step are left. The smaller inputs stay above a usual dead zone. Chosen by judgement; not studied.
 fn catalogue(top: f64, tau: f64) -> Vec<Protocol> {
     let driven = |u: f64, spans: f64| Segment::driven(rounded(u), rounded(spans * tau));
     let open = |spans: f64| Segment::open(rounded(spans * tau));

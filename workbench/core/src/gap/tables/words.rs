@@ -133,6 +133,7 @@ fn slopes(plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
 
 /// Regions of the voltage axis that the found edges and knees part, as (label, from, to) in |u|; thirds where there are none.
 pub fn regions(marks: &[f64], largest: f64) -> Vec<(String, f64, f64)> {
+    // Regions narrower than a twentieth hold too few rows to be worth a line of their own. Chosen by judgement; not studied.
     let mut edges: Vec<f64> =
         marks.iter().map(|m| m.abs()).filter(|m| *m > 0.02 * largest && *m < 0.98 * largest).collect();
     edges.sort_by(f64::total_cmp);
