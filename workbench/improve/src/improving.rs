@@ -11,7 +11,7 @@ use crate::recording;
 use crate::trial::{self, Tried};
 use anyhow::Result;
 use serde::Serialize;
-use servo::identify::estimate::{Estimate, Estimates, Standing};
+use servo::identify::estimate::{Estimate, Estimates, Reason, Standing};
 use servo::store::AxisParameters;
 use std::path::{Path, PathBuf};
 use truing_core::outcome::{Outcome, Verdict};
@@ -26,6 +26,8 @@ use truing_servo::device::setup::Setup;
 const ROUNDS: usize = 3;
 /// Length of a commissioning, s: that of `truing commission`.
 pub const COMMISSION_S: f64 = 5.0;
+/// A motor that is too slow for it is given so many times as long: 15 s hold the ten time constants of a motor of 1.5 s.
+const LONGER: f64 = 3.0;
 /// Further experiments of a round that parts the names of a tie.
 const EXPERIMENTS: usize = 2;
 
@@ -127,6 +129,7 @@ pub fn run(bench: Bench, job: Job, say: &mut Listener) -> Result<Improved> {
         base,
         fresh,
         doubted,
+        commission_s: COMMISSION_S,
         began_with,
         recordings,
         entries,
@@ -158,6 +161,8 @@ struct Improving {
     fresh: Option<AxisParameters>,
     /// The servo does not trust the gain that it has found.
     doubted: bool,
+    /// How long a commissioning of this motor takes, s.
+    commission_s: f64,
     began_with: Option<AxisParameters>,
     recordings: u64,
     entries: Vec<Entry>,
@@ -185,7 +190,7 @@ impl Improving {
     /// Numbers with which the loops can be closed and a first model exists. For the trial the servo takes gain and time constant
     /// even where it does not trust them: the motor will show what they are worth.
     fn commission(&mut self, say: &mut Listener) -> Result<()> {
-        if self.left_s() < COMMISSION_S {
+        if self.left_s() < self.commission_s {
             return ended(Stop::MotorTime, "the motor time does not suffice for a commissioning");
         }
         say("commissioning: the servo does not know its motor yet");
@@ -220,7 +225,7 @@ impl Improving {
         let tasks = [
             Task::Adopt(Box::new(beside.estimates)),
             Task::PositionLoad(beside.position_load),
-            Task::Commission { budget_s: COMMISSION_S, seed: self.job.seed as u32 },
+            Task::Commission { budget_s: self.commission_s, seed: self.job.seed as u32 },
         ];
         let result = self.bench.session(Start::Configure(setup), &tasks)?.whole()?;
         self.bench.took(&result.log);
@@ -230,6 +235,11 @@ impl Improving {
         };
         let config = result.log.config;
         let refused = CommissionJson::new(outcome, &config)?.beside(&result.log).refused;
+        let slow = refused.as_ref().is_some_and(|refused| refused.code == Reason::TooShort.code());
+        if slow && self.commission_s == COMMISSION_S && self.left_s() >= LONGER * COMMISSION_S {
+            self.commission_s = LONGER * COMMISSION_S;
+            return self.commissioned(beside);
+        }
         let found = AxisParameters { config, estimates: outcome.estimates, ..*beside };
         Ok((found, refused.map(|refused| refused.text)))
     }
@@ -281,7 +291,7 @@ impl Improving {
     fn is_hidden_by_load(&self, known: &AxisParameters, candidate: &AxisParameters) -> Result<bool> {
         let hidden = known.estimates.dead_zone.iter().all(|side| side.trusted().is_none());
         let holds = candidate.position_load.terms().next().is_some();
-        Ok(hidden && holds && self.left_s() >= COMMISSION_S + trial::seconds([known, candidate])?)
+        Ok(hidden && holds && self.left_s() >= self.commission_s + trial::seconds([known, candidate])?)
     }
 
     /// Records and looks for names; as long as a tie is left, the experiment that parts its names.

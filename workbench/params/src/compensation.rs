@@ -10,7 +10,8 @@
 //! ```
 //!
 //! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain. A torque over the place becomes a table
-//! ([`crate::waves`]).
+//! ([`crate::waves`]). Loops and feed-forward know one time constant, so it holds the sum of all: of inertia, winding, a lag of the drive and
+//! a delay, as a motion that changes slowly sees them.
 //!
 //! A number is trusted as on the chip: a dead zone or a saturation whose half width of 95 % is below 12 % of it, gain and
 //! time constant together with the dead zones. And no effect in it may be one name of a tie, or from a verdict that leaves
@@ -222,7 +223,7 @@ impl Terminal {
                 .map(|at| side(at, zone[at] + plant.drop_v + friction[at] - towards[at] * volts(load))),
             saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
             gain: plant.drive_gain * plant.dc_gain(),
-            time_constant: plant.time_constant_s() + electrical(&plant),
+            time_constant: plant.time_constant_s() + electrical(&plant) + plant.lag_s + plant.delay_s,
             mechanism: mechanism(zone, friction),
         }
     }

@@ -14,5 +14,6 @@ pub static ACTUATOR_LAG: Effect = Effect {
     parameters: &[Parameter::new("time_constant_s", "s", Scale::Time, 0.0, 2.0)],
     starts: Starts::Grid(&[&[0.01], &[0.04], &[0.1], &[0.25], &[0.6]]),
     apply: |p, plant| plant.lag_s += p[0],
+    on_chip: OnChip::Known,
     ..Effect::USUAL
 };

@@ -14,5 +14,6 @@ pub static TRANSPORT_DELAY: Effect = Effect {
     parameters: &[Parameter::new("seconds", "s", Scale::Time, 0.0, 2.0)],
     starts: Starts::Grid(&[&[0.01], &[0.04], &[0.1], &[0.25], &[0.6]]),
     apply: |p, plant| plant.delay_s += p[0],
+    on_chip: OnChip::Known,
     ..Effect::USUAL
 };
