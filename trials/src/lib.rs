@@ -7,6 +7,7 @@ pub mod case_motor;
 pub mod commissioning;
 pub mod counts;
 pub mod exec_bench;
+pub mod extent;
 pub mod families;
 pub mod faults;
 pub mod firmware;

@@ -1,6 +1,6 @@
 //! The image onto a board, or as if onto a board.
 
-use crate::image::Image;
+use crate::image::{Boards, Image};
 use crate::process::{find, run};
 use crate::programs::Program;
 use anyhow::{Result, bail};
@@ -32,9 +32,9 @@ pub fn flash(board: &'static Board, dry_run: bool) -> Result<()> {
     }
 }
 
-/// The dry run of every board.
-pub fn dry_runs() -> Result<()> {
-    boards::real().try_for_each(|board| flash(board, true))
+/// The dry run of each board.
+pub fn dry_runs(boards: Boards) -> Result<()> {
+    boards.real().try_for_each(|board| flash(board, true))
 }
 
 fn check(image: &Path, board: &Board) -> Result<()> {

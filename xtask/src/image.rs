@@ -74,14 +74,33 @@ fn short_paths(target: &str) -> Vec<String> {
     vec!["--config".into(), format!("target.{target}.rustflags={flags:?}")]
 }
 
-/// The images whose size is watched: every board's, and the largest of every board that is no program.
-pub fn watched() -> Vec<Image> {
-    BOARDS.into_iter().flat_map(|board| [Some(Image::of(board)), Image::full(board)]).flatten().collect()
+/// For which boards images are built.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Boards {
+    /// The default board and the one that QEMU plays; the others differ from them by a table of pins.
+    Two,
+    /// All of them.
+    All,
 }
 
-/// The image of every board.
-pub fn ordinary() -> impl Iterator<Item = Image> {
-    BOARDS.into_iter().map(Image::of)
+impl Boards {
+    /// They themselves.
+    pub fn list(self) -> impl Iterator<Item = &'static Board> {
+        let such = move |board: &&Board| {
+            self == Boards::All || board.machine.is_some() || board.name == DEFAULT.name
+        };
+        BOARDS.into_iter().filter(such)
+    }
+
+    /// Without the one that is a program.
+    pub fn real(self) -> impl Iterator<Item = &'static Board> {
+        self.list().filter(|board| board.machine.is_none())
+    }
+
+    /// The images whose size is watched: that of each board, and the largest of each that is no program.
+    pub fn watched(self) -> impl Iterator<Item = Image> {
+        self.list().flat_map(|board| [Some(Image::of(board)), Image::full(board)]).flatten()
+    }
 }
 
 /// A Cargo command on an example of the library for the default board's chip, with what the images have compiled already.

@@ -25,7 +25,7 @@ mod wheel;
 
 use anyhow::Result;
 use clap::{Parser, Subcommand};
-use image::Image;
+use image::{Boards, Image};
 use programs::Program;
 use std::process::ExitCode;
 
@@ -106,7 +106,11 @@ enum Command {
     /// Run exported models in MuJoCo, PyBullet and Drake beside `truing simulate`, and print how far they are apart.
     Engines(engines::Choice),
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
-    Test,
+    Test {
+        /// The long proofs whole, of which the ordinary run does a part: all rigs, all power cuts, all boards. Takes twice as long.
+        #[arg(long)]
+        all: bool,
+    },
 }
 
 fn main() -> ExitCode {
@@ -123,15 +127,15 @@ fn run(command: Command) -> Result<()> {
     match command {
         Command::Setup => setup::everything(),
         Command::Demo { arguments } => demo(&arguments),
-        Command::Images => setup::everything().and_then(|()| size::images()),
+        Command::Images => setup::everything().and_then(|()| size::images(Boards::All)),
         Command::Flash { board, dry_run } => {
             setup::rust_targets().and_then(|()| flash::flash(board, dry_run))
         }
-        Command::Size { accept } => setup::everything().and_then(|()| size::print(accept)),
+        Command::Size { accept } => setup::everything().and_then(|()| size::print(Boards::All, accept)),
         Command::Instructions { accept } => setup::everything().and_then(|()| instructions::print(accept)),
         Command::Search { accept } => search::print(accept),
         Command::Bench => setup::everything().and_then(|()| bench::print()),
-        Command::Panics => setup::everything().and_then(|()| panics::check(false)),
+        Command::Panics => setup::everything().and_then(|()| panics::check(Boards::All, false)),
         Command::Mutants { choice } => mutants::check(&choice),
         Command::Peers(choice) => peers::compare(&choice),
         Command::Engines(choice) => engines::compare(&choice),
@@ -139,7 +143,7 @@ fn run(command: Command) -> Result<()> {
         Command::House => process::run(&mut Program::House.run()),
         Command::Wheel { check } => wheel::wheel(check),
         Command::Dist => dist::dist(),
-        Command::Test => test::everything(),
+        Command::Test { all } => test::everything(all),
     }
 }
 

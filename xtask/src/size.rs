@@ -1,7 +1,7 @@
 //! What the images occupy, and how deep the board's stack can get.
 
 use crate::figures::{self, Figures};
-use crate::image;
+use crate::image::{Boards, Image};
 use crate::process::{root, text};
 use crate::programs::Program;
 use anyhow::{Context, Result, bail};
@@ -26,12 +26,12 @@ struct Size {
 }
 
 /// Builds the images, prints a table and checks or enters its figures.
-pub fn print(accept: bool) -> Result<()> {
+pub fn print(boards: Boards, accept: bool) -> Result<()> {
     let mut figures = Figures::new();
     let mut too_large = Vec::new();
     println!("| image | flash, bytes | RAM, bytes | of which initialised | stack at most, bytes |");
     println!("|---|---|---|---|---|");
-    for image in image::watched() {
+    for image in boards.watched() {
         let (name, board, file) = (image.name(), image.board, image.build()?);
         let size = measure(&file, board.chip)?;
         // In QEMU calls of its own carry the exchange with the host: its depth says nothing about the board.
@@ -61,11 +61,11 @@ pub fn print(accept: bool) -> Result<()> {
     figures::settle("size", &figures, accept)
 }
 
-/// Builds the image of every board and prints where it lies, from the root of the workspace, and what it occupies.
-pub fn images() -> Result<()> {
+/// Builds the image of each board and prints where it lies, from the root of the workspace, and what it occupies.
+pub fn images(boards: Boards) -> Result<()> {
     println!("| board | image | flash, bytes | RAM, bytes |");
     println!("|---|---|---|---|");
-    for image in image::ordinary() {
+    for image in boards.list().map(Image::of) {
         let file = image.build()?;
         let size = measure(&file, image.board.chip)?;
         let path = file.strip_prefix(root()).unwrap_or(&file);

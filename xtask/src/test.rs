@@ -1,7 +1,7 @@
 //! Every test, in the order in which a person wants to hear of a failure: cheap and local first.
 
 use crate::documents;
-use crate::image::{self, Image};
+use crate::image::{self, Boards, Image};
 use crate::process::{cargo, root, run, text};
 use crate::programs::{self, Program};
 use crate::setup;
@@ -12,19 +12,23 @@ use std::io::{BufRead, BufReader};
 use std::path::Path;
 use std::process::Stdio;
 
-/// Runs them all and closes with the count of passed and skipped tests.
-pub fn everything() -> Result<()> {
+/// Runs them and closes with the count of passed and skipped tests; with `all` the long proofs whole.
+pub fn everything(all: bool) -> Result<()> {
     let mut steps = Steps::begin();
+    let boards = if all { Boards::All } else { Boards::Two };
+    let selections = selections();
+    // probe-rs takes a minute to be looked at, for two hundred lines.
+    let looked_at = if all { &selections[..] } else { &selections[..1] };
     steps.next("set-up");
     setup::everything()?;
     steps.next("formatting");
     run(&mut cargo(&["fmt", "--all", "--check"]))?;
     steps.next("lints, host");
-    for selection in selections() {
+    for selection in looked_at {
         let mut clippy = cargo(&["clippy", "--all-targets"]);
         run(clippy.args(selection).args(["--", "-D", "warnings"]))?;
     }
-    for board in boards::BOARDS {
+    for board in Boards::All.list() {
         let mut clippy = Image::of(board).command("clippy");
         clippy.args(["--", "-D", "warnings"]);
         steps.next(&format!("lints, image for {}", board.name));
@@ -39,27 +43,28 @@ pub fn everything() -> Result<()> {
     steps.next("packages");
     crate::dist::packages()?;
     steps.next("documentation");
-    for selection in selections() {
+    let packed = programs::packed();
+    for selection in if all { looked_at } else { std::slice::from_ref(&packed) } {
         let mut doc = cargo(&["doc", "--no-deps"]);
         run(doc.args(selection).env("RUSTDOCFLAGS", "-D warnings"))?;
     }
     steps.next("images");
-    crate::size::images()?;
+    crate::size::images(boards)?;
     steps.next("size and instructions against docs/cost.toml, ways to a panic");
-    crate::size::print(false)?;
+    crate::size::print(boards, false)?;
     crate::instructions::print(false)?;
-    crate::panics::check(true)?;
+    crate::panics::check(boards, true)?;
     steps.next("work of the search against docs/cost.toml");
     crate::search::print(false)?;
-    let tally = host_tests(&mut steps)?;
+    let tally = host_tests(&mut steps, all)?;
     // What was built until here is used from here on.
     steps.next("the boards' images and their chips' memory maps");
-    crate::flash::dry_runs()?;
+    crate::flash::dry_runs(boards)?;
     steps.next("our parts beside published crates");
     crate::bench::print()?;
     steps.next("commands that README and documents show");
     // With the tests named, features are those that the tests were built with: nothing is built a second time.
-    run(cargo(&["build", "--bins", "--tests"]).args(&selections()[0]))?;
+    run(cargo(&["build", "--bins", "--tests"]).args(&selections[0]))?;
     documents::check_arguments()?;
     steps.close();
     tally.close();
@@ -80,7 +85,7 @@ struct Tally {
 }
 
 /// `cargo test` over the workspace: unit, numeric, closed-loop, command-line and QEMU tests.
-fn host_tests(steps: &mut Steps) -> Result<Tally> {
+fn host_tests(steps: &mut Steps, all: bool) -> Result<Tally> {
     steps.next("tests, built");
     for what in selections() {
         run(cargo(&["test", "--no-run"]).args(&what))?;
@@ -91,7 +96,7 @@ fn host_tests(steps: &mut Steps) -> Result<Tally> {
     let mut tally = Tally::default();
     let mut well = true;
     for what in selections() {
-        well &= tests(&what, &skip_log, &mut tally)?;
+        well &= tests(&what, &skip_log, &mut tally, all)?;
     }
     tally.read_skips(&skip_log)?;
     if !well || tally.failed > 0 {
@@ -111,13 +116,16 @@ fn selections() -> [Vec<&'static str>; 2] {
 }
 
 /// Runs the tests of a selection and counts them; `false` if the runner failed.
-fn tests(selection: &[&str], skip_log: &Path, tally: &mut Tally) -> Result<bool> {
+fn tests(selection: &[&str], skip_log: &Path, tally: &mut Tally, all: bool) -> Result<bool> {
     let mut command = cargo(&["test", "--no-fail-fast"]);
     command
         .args(selection)
         .env("TRUING_SKIP_LOG", skip_log)
         .env("TRUING_REQUIRE_QEMU", "1")
         .stdout(Stdio::piped());
+    if all {
+        command.env("TRUING_ALL", "1");
+    }
     let mut child = command.spawn().with_context(|| format!("cannot start `{}`", text(&command)))?;
     for line in BufReader::new(child.stdout.take().expect("piped")).lines() {
         let line = line.context("the output of `cargo test` is not text")?;
