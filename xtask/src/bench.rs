@@ -6,5 +6,5 @@ use anyhow::Result;
 
 /// Prints the table of docs/results/cost.md.
 pub fn print() -> Result<()> {
-    run(&mut Program::Evaluation.run().arg("bench-image"))
+    run(Program::Evaluation.run().arg("bench-image"))
 }
