@@ -60,6 +60,13 @@ fn packed(built: &[PathBuf], out: &Path) -> Result<PathBuf> {
     Ok(archive)
 }
 
+/// Does the command line install itself from a checkout?
+pub fn install() -> Result<()> {
+    let folder = root().join("target").join("installed");
+    run(&mut programs::install(&folder))?;
+    run(Command::new(folder.join("bin").join("truing")).arg("--version"))
+}
+
 /// Can the crates that others build on be packed, each with all that it needs?
 pub fn packages() -> Result<()> {
     run(&mut programs::packing())

@@ -162,6 +162,14 @@ pub fn packing() -> Command {
     command
 }
 
+/// Installs the command line from this checkout into a folder, as README says but without optimisation: it is built already.
+pub fn install(folder: &Path) -> Command {
+    let mut command =
+        cargo(&["install", "--quiet", "--locked", "--debug", "--force", "--path", "workbench", "--root"]);
+    command.arg(folder);
+    command
+}
+
 /// The workbench's engine.
 const ENGINE: &str = "truing-core";
 

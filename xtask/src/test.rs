@@ -66,6 +66,8 @@ pub fn everything(all: bool) -> Result<()> {
     // With the tests named, features are those that the tests were built with: nothing is built a second time.
     run(cargo(&["build", "--bins", "--tests"]).args(&selections[0]))?;
     documents::check_arguments()?;
+    steps.next("the command line, installed from this checkout");
+    crate::dist::install()?;
     steps.close();
     tally.close();
     steps::mark_green()

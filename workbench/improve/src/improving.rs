@@ -120,8 +120,7 @@ pub fn run(bench: Bench, job: Job, say: &mut Listener) -> Result<Improved> {
         let what = "the axis file describes another axis than the one that is in force; correct it, or `truing params reset`";
         return Err(InputError(what.into()).into());
     }
-    let (entries, outcomes) = Default::default();
-    let (base, fresh, doubted, began_with, recordings) = Default::default();
+    let (base, fresh, doubted, began_with, recordings, entries, outcomes) = Default::default();
     let mut improving = Improving {
         bench,
         job,
@@ -201,8 +200,7 @@ impl Improving {
         let Estimates { gain, time_constant, .. } = &mut fresh.estimates;
         self.doubted = gain.trusted().is_none() || time_constant.trusted().is_none();
         (*gain, *time_constant) = (taken(*gain), taken(*time_constant));
-        let (gain, time_constant) = (*gain, *time_constant);
-        let estimates = Estimates { gain, time_constant, ..Estimates::default() };
+        let estimates = Estimates { gain: *gain, time_constant: *time_constant, ..Estimates::default() };
         let linear = AxisParameters { estimates, compensation: false, ..fresh };
         match (refused, candidate::known(&linear).is_some_and(|known| known.gain_rad_s_per_v.value.is_some()))
         {
@@ -233,14 +231,13 @@ impl Improving {
         let Some(Done::Commissioned(outcome)) = result.done.last() else {
             return ended(Stop::Fault, "the servo has not ended its commissioning");
         };
-        let config = result.log.config;
-        let refused = CommissionJson::new(outcome, &config)?.beside(&result.log).refused;
+        let refused = CommissionJson::new(outcome, &result.log.config)?.beside(&result.log).refused;
         let slow = refused.as_ref().is_some_and(|refused| refused.code == Reason::TooShort.code());
         if slow && self.commission_s == COMMISSION_S && self.left_s() >= LONGER * COMMISSION_S {
             self.commission_s = LONGER * COMMISSION_S;
             return self.commissioned(beside);
         }
-        let found = AxisParameters { config, estimates: outcome.estimates, ..*beside };
+        let found = AxisParameters { config: result.log.config, estimates: outcome.estimates, ..*beside };
         Ok((found, refused.map(|refused| refused.text)))
     }
 

@@ -3,6 +3,7 @@
 
 use crate::gap::dataset::{Dataset, GridRun, Traces};
 use crate::gap::fit::FINE;
+use crate::gap::initial_guesses::span;
 use crate::gap::residual::rms;
 use crate::gap::scored::Scored;
 use crate::gap::threads::*;
@@ -39,14 +40,14 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     let chi2 = samples * (speed / dataset.sigma).powi(2);
     let (left, right) = (a.label(), b.label());
     let unit = dataset.unit();
+    // A first-order model stands for a motor of 1 Ω, whose current is no current.
+    let no_current = matches!(a.hypothesis.model.kind, Kind::FirstOrder { .. });
+    let by = if no_current { String::new() } else { format!(" by {} A rms", figure(current)) };
     let text = if chi2 > SEPARABLE {
         format!("{name}: {left} and {right} then differ by {} {unit} rms", figure(speed))
-    } else if current > 0.0 && !amperes(a) {
-        format!("{name} with the winding current logged: {left} and {right} differ there, but not in speed")
     } else if current > 0.0 {
         format!(
-            "{name} with the winding current logged: {left} and {right} differ by {} A rms there, but not in speed",
-            figure(current)
+            "{name} with the winding current logged: {left} and {right} differ{by} there, but not in speed"
         )
     } else {
         format!("{left} and {right} cannot be separated with these sensors")
@@ -64,24 +65,15 @@ pub fn with_needs(experiment: Experiment, kept: &Scored) -> Experiment {
     let run = bench_run(dataset, &experiment.profile);
     let mut traces = Traces::default();
     run.simulate(&kept.plant(), 0.0, FINE, &mut traces);
-    let range = |values: &[f64]| {
-        let (low, high) = values.iter().fold((0.0_f64, 0.0_f64), |(a, b), v| (a.min(*v), b.max(*v)));
-        high - low
-    };
     let knows_current =
         matches!(model.kind, Kind::DcMotor { .. }) && dataset.input == Input::Voltage && !model.fitted_to_log;
     let peak = traces.current.iter().fold(0.0_f64, |most, current| most.max(current.abs()));
     Experiment {
         peak_current_a: knows_current.then_some(peak),
-        travel: Some(range(&traces.integral)).filter(|travel| travel.is_finite()),
+        travel: Some(span(&traces.integral)).filter(|travel| travel.is_finite()),
         linear: dataset.linear,
         ..experiment
     }
-}
-
-/// Whether the model's current is one: a first-order model stands for a motor of 1 Ω, whose current is no current.
-fn amperes(scored: &Scored) -> bool {
-    !matches!(scored.hypothesis.model.kind, Kind::FirstOrder { .. })
 }
 
 /// Differences of two rivals on a run: rms of speed and current, and the number of samples.

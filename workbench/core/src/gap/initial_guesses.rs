@@ -19,6 +19,9 @@ const BELOW_LARGEST: [f64; 4] = [0.98, 0.95, 0.9, 0.83];
 /// Thresholds nearer to each other than this part of the largest value are one start. Chosen by judgement; not
 /// studied.
 const SAME_THRESHOLD: f64 = 0.01;
+/// No row of a log shows what lasts for less than this part of the time between two of them, such as teeth that give way, and its
+/// simulation takes hundreds of steps a row. Chosen by judgement; not studied.
+const TRACELESS: f64 = 0.01;
 /// Periods per turn that are scanned on a rotary axis. Origin: brushed motors cog with the product of slots and
 /// poles, 6 to 48 per turn for small ones.
 const TURN_HARMONICS: usize = 60;
@@ -37,6 +40,14 @@ const CHANCE: f64 = 20.0;
 const SAME_TORQUE: [f64; 5] = [1.0, 2.0, 3.0, 0.5, 1.0 / 3.0];
 /// Two lines have the same ratio if they agree to within this part. Chosen by judgement; not studied.
 const SAME: f64 = 0.03;
+
+/// Are the times of a start long enough for the rows of the log?
+fn leaves_a_trace(dataset: &Dataset, effect: &Effect, row: &[f64]) -> bool {
+    let run = &dataset.runs[0];
+    let apart = (run.row_time[run.row_time.len() - 1] - run.row_time[0]) / (run.row_time.len() - 1) as f64;
+    let long = |time: f64| time == 0.0 || time * dataset.scales.time > TRACELESS * apart;
+    effect.parameters.iter().zip(row).all(|(parameter, value)| parameter.scale != Scale::Time || long(*value))
+}
 
 /// Simulation and residual of a fitted hypothesis: what starts are drawn from.
 pub struct Basis {
@@ -68,7 +79,11 @@ impl Basis {
     /// Starts of an effect, in units of its parameters' scales.
     pub fn starts(&self, dataset: &Dataset, effect: &Effect) -> Vec<Vec<f64>> {
         match effect.starts {
-            Starts::Grid(rows) | Starts::Rugged(rows, _) => rows.iter().map(|row| row.to_vec()).collect(),
+            Starts::Grid(rows) | Starts::Rugged(rows, _) => rows
+                .iter()
+                .filter(|row| leaves_a_trace(dataset, effect, row))
+                .map(|row| row.to_vec())
+                .collect(),
             Starts::Quantiles(signal, rest) => self.quantiles(dataset, effect, signal, rest),
             Starts::GravityScan => self.gravity(dataset, effect),
             Starts::PositionScan | Starts::TimeScan => self.lines(dataset, effect),
@@ -224,7 +239,8 @@ fn own_runs(dataset: &Dataset) -> impl Iterator<Item = &GridRun> {
     dataset.runs.iter().filter(|run| run.log == 0)
 }
 
-fn span(values: &[f64]) -> f64 {
+/// From the smallest to the largest.
+pub fn span(values: &[f64]) -> f64 {
     let (low, high) = values.iter().fold((f64::MAX, f64::MIN), |(low, high), v| (low.min(*v), high.max(*v)));
     (high - low).max(0.0)
 }

@@ -153,9 +153,9 @@ pub fn made_ready(
 fn settled(dataset: &Dataset, model: &Model) -> (Physics, f64) {
     let base = base_fit(dataset, model);
     let fitted = Prediction::of(&base.hypothesis, &base.fit.x, &[Part::A, Part::B]);
-    let high = hf_noise(&fitted.residual(), dataset.noise_lag);
     // The first estimate saw the motion too, so this one is lower; 5 % are its own scatter. Chosen by judgement; not studied.
-    let high = high.clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
+    let high =
+        hf_noise(&fitted.residual(), dataset.noise_lag).clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
     (base.plant(), repeated_noise(&base).map_or(high, |sigma| sigma.max(high)))
 }
 

@@ -13,15 +13,9 @@ use std::ops::Range;
 const LEAST_DAMPING: f64 = 1e-9;
 /// The damping with which a descent begins. Chosen by judgement; not studied.
 const FIRST_DAMPING: f64 = 1e-2;
-/// By what the damping falls after a step that lowered the cost, and grows after one that did not. Marquardt (SIAM J. 11, 1963)
-/// takes ten for both; chosen by judgement beside it, not studied.
-const CALMER: f64 = 8.0;
-const STIFFER: f64 = 6.0;
-/// By what the damping falls where it alone makes the step too short to be worth a simulation. Chosen by judgement; not studied.
-const FREED: f64 = 1e3;
-/// What is added to the diagonal, absolute and in units of it, so that a number without any influence leaves the equations
-/// solvable: some thousand times the rounding of a double.
-const RIDGE: f64 = 1e-12;
+/// By what the damping falls after a step that lowered the cost, grows after one that did not, and falls where it alone makes the
+/// step too short to be worth a simulation. Marquardt (SIAM J. 11, 1963) takes ten; chosen by judgement beside it, not studied.
+const FACTORS: [f64; 3] = [8.0, 6.0, 1e3];
 /// Dampings that are tried for one step. Chosen by judgement; not studied.
 const TRIES: usize = 6;
 /// Slow steps in a row that end a descent. Chosen by judgement; not studied.
@@ -63,9 +57,8 @@ pub fn solve_near(
     columns: Vec<Vec<f64>>,
 ) -> Solution {
     let bending = 0..problem.bending();
-    let mut descent = Descent::new(problem, start, schedule, Jacobian { columns }, bending);
-    descent.followed = true;
-    descent.run()
+    let descent = Descent::new(problem, start, schedule, Jacobian { columns }, bending);
+    Descent { followed: true, ..descent }.run()
 }
 
 /// Covariance of the numbers at a solution, (JᵀJ + ridge)⁻¹ with the priors inside; `None` where it is singular. `ridge`
@@ -166,8 +159,7 @@ impl<'p, P: Problem> Descent<'p, P> {
                 break;
             }
         }
-        let (x, residuals, cost) = (self.x, self.residuals, self.cost);
-        Solution { x, residuals, cost }
+        Solution { x: self.x, residuals: self.residuals, cost: self.cost }
     }
 
     /// One step that lowers the cost; false if there is none worth taking.
@@ -187,15 +179,15 @@ impl<'p, P: Problem> Descent<'p, P> {
         for _ in 0..TRIES {
             if let Some(step) = normal.step(self.damping) {
                 if normal.predicted_decrease(&step) < negligible && self.damping > LEAST_DAMPING {
-                    self.damping = (self.damping / FREED).max(LEAST_DAMPING);
+                    self.damping = (self.damping / FACTORS[2]).max(LEAST_DAMPING);
                     continue;
                 }
                 if self.steps(&step) {
-                    self.damping = (self.damping / CALMER).max(LEAST_DAMPING);
+                    self.damping = (self.damping / FACTORS[0]).max(LEAST_DAMPING);
                     return true;
                 }
             }
-            self.damping *= STIFFER;
+            self.damping *= FACTORS[1];
         }
         false
     }
@@ -255,7 +247,8 @@ impl Normal {
         let mut right = -&self.gradient;
         for (k, held) in self.held.iter().enumerate() {
             let diagonal = self.matrix[(k, k)];
-            matrix[(k, k)] = diagonal * (1.0 + damping) + RIDGE * (1.0 + diagonal);
+            // Some thousand times the rounding of a double: a number without influence leaves the equations solvable.
+            matrix[(k, k)] = diagonal * (1.0 + damping) + 1e-12 * (1.0 + diagonal);
             if *held {
                 matrix.row_mut(k).fill(0.0);
                 matrix.column_mut(k).fill(0.0);

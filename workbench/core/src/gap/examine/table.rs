@@ -37,10 +37,8 @@ pub fn fault(model: &Model, table: &Table) -> Option<DataFault> {
         (1e-3, "u_v is in mV".into(), times("u_v", 1e-3)),
     ];
     if let Some(supply) = model.supply_nominal_v {
-        listed.extend(
-            scales(largest)
-                .map(|(name, full)| (supply / full, format!("u_v is {name}"), times("u_v", supply / full))),
-        );
+        let read = |(name, full)| (supply / full, format!("u_v is {name}"), times("u_v", supply / full));
+        listed.extend(scales(largest).map(read));
     }
     let near = |factor: f64| {
         let sign_alone = model.fitted_to_log && factor < 0.0 && found < 0.0;

@@ -56,10 +56,7 @@ fn catalogue(top: f64, tau: f64) -> Vec<Protocol> {
 
 /// Three significant digits: nobody types more.
 fn rounded(x: f64) -> f64 {
-    if x == 0.0 {
-        return 0.0;
-    }
-    let digit = 10f64.powf(x.abs().log10().floor() - 2.0);
+    let digit = 10f64.powf(x.abs().max(f64::MIN_POSITIVE.sqrt()).log10().floor() - 2.0);
     ((x / digit).round() * digit * 1e9).round() / 1e9
 }
 
