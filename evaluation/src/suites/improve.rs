@@ -142,6 +142,15 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32) -> Seen {
     for entry in found.iter().flat_map(|found| &found.entries) {
         let number = |it: &history::Known| format!("{} {:.4} {}", it.name, it.value, it.unit);
         tell(&entry.numbers.iter().map(number).collect::<Vec<_>>().join(", "));
+        for it in entry.trial.iter().flat_map(|trial| &trial.motions) {
+            tell(&format!(
+                "{:?}: {:?} rad with the old numbers, {:?} with the new ones",
+                it.motion, it.old_rms_rad, it.new_rms_rad
+            ));
+        }
+    }
+    if let Ok(Improved { began_with: Some(began), .. }) = &found {
+        tell(&format!("began with {:?}", began.estimates));
     }
     let host_s = begin.elapsed().as_secs_f64();
     let hidden: Vec<String> =
