@@ -2,7 +2,7 @@
 //!
 //! The counter starts anywhere at power-up, so a table acts only where its angle is known: one over the counter as it is, in the
 //! session in which it came; one over the angle from the reference once that was found. A stored table waits for the reference.
-//! Once counts may have been lost none acts.
+//! Once counts may have been lost none acts. A constant without sines is the same everywhere, and always acts.
 
 use super::{Axis, Refusal, State};
 use crate::compensate::position_load::{PositionLoad, Step};
@@ -58,7 +58,7 @@ impl Load {
     fn settle(&mut self, count: i32) {
         self.count = count;
         (self.acts, self.voltage) = (false, Voltage::ZERO);
-        if let Some(place) = self.place
+        if let Some(place) = self.zero()
             && self.suits
             && self.is_chosen()
         {
@@ -76,6 +76,11 @@ impl Load {
     /// This table from now on, whose zero is at this place, if it is known. Call [`Load::renew`] after it.
     pub(super) fn take(&mut self, table: &PositionLoad, place: Option<i32>, count: i32) {
         (self.table, self.place, self.count) = (*table, place, count);
+    }
+
+    /// Where its zero is; anywhere for a constant alone.
+    fn zero(&self) -> Option<i32> {
+        if self.table.is_constant() { Some(0) } else { self.place }
     }
 
     /// Beside these loops.
@@ -103,7 +108,7 @@ impl Load {
     #[inline(never)]
     pub(super) fn told(&self, datum: Option<i32>) -> PositionLoad {
         match self.place.zip(datum) {
-            Some((place, datum)) if !self.table.is_absolute() => {
+            Some((place, datum)) if !self.table.is_absolute() && !self.table.is_constant() => {
                 self.table.moved(self.step, datum.wrapping_sub(place)).absolute(true)
             }
             _ => self.table,

@@ -195,6 +195,12 @@ impl PositionLoad {
         (self.head >> CONSTANT) as u16 as i16
     }
 
+    /// Is it the same everywhere?
+    #[must_use]
+    pub fn is_constant(&self) -> bool {
+        self.terms == [0; MOST_HARMONICS]
+    }
+
     /// The other parts.
     pub fn terms(&self) -> impl Iterator<Item = Term> {
         self.terms.into_iter().map(Term::of).filter(|term| term.amplitude != 0)

@@ -297,11 +297,12 @@ fn gain_skew(solution: &Solution) -> i32 {
 }
 
 /// A load that moves acts in both directions: where one of them has seen it, or has become uncertain by it, the other was
-/// merely lucky. A joint under gravity shows so.
+/// merely lucky. A joint under gravity shows so. And where no voltage is needed to one side, what is needed to the other one is a
+/// constant load or an offset of the drive, which does not end when the motion turns back.
 fn share_doubt(dead_zones: &mut [Estimate; 2]) {
     let doubt = |estimate: &Estimate| {
         let reason = estimate.reason()?;
-        matches!(reason, Reason::LoadChanged | Reason::TooUncertain).then_some(reason)
+        matches!(reason, Reason::LoadChanged | Reason::TooUncertain | Reason::Implausible).then_some(reason)
     };
     let Some(reason) = dead_zones.iter().find_map(doubt) else {
         return;

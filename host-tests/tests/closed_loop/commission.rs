@@ -45,6 +45,22 @@ fn papers_motor_needs_more_than_five_seconds() {
     assert!(worst < 2.0, "dead zone {worst} %");
 }
 
+/// A constant load larger than the friction lets the shaft go one way without a voltage. What the other way needs is no dead zone: compensated as
+/// one it would come and go with the sign of the motion, and the axis would follow several times worse.
+#[test]
+fn a_constant_load_beyond_friction_is_trusted_as_a_dead_zone_of_neither_direction() {
+    for number in FIRST..FIRST + 6 {
+        let mut plant =
+            Plant::draw(Family::G2, Severity::Nominal, Seeds::Evaluation(number), &Options::default());
+        let friction = plant.motor.friction.kinetic_nm[0];
+        plant.motor.load.constant_nm = if number % 2 == 0 { 1.5 * friction } else { -1.5 * friction };
+        let report = commission(&plant, 5.0, number, |_, _| {});
+        assert_eq!(report.refused, None, "{number}");
+        let found = [report.estimates.dead_zone_pos_v, report.estimates.dead_zone_neg_v];
+        assert!(found.iter().all(|zone| !zone.trusted), "{number}: {found:?}");
+    }
+}
+
 /// What must be refused, and why.
 #[test]
 fn refusals_name_their_reason() {

@@ -265,4 +265,12 @@ fn a_stored_table_acts_once_the_reference_is_found() {
     let mut later = ServoAxis::new();
     ask(&mut later, Command::Restore(servo::store::AxisParameters { position_load: table, ..stored }));
     assert_eq!(run(&mut later, &mut board, 200), Advisory::PositionLoadOff);
+    // What is the same everywhere needs none, and outlives lost counts.
+    let load = Load { period_counts: plant.config.counts_per_rev, constant_v: 0.4, harmonics: &[] };
+    let constant = load.build(&plant.config.build().expect("a configuration")).expect("a table");
+    ask(&mut later, Command::Restore(servo::store::AxisParameters { position_load: constant, ..stored }));
+    assert_eq!(run(&mut later, &mut board, 200), Advisory::None);
+    later.lose_reference();
+    assert_eq!(run(&mut later, &mut board, 50), Advisory::None);
+    assert_eq!(later.parameters().expect("configured").position_load, constant);
 }

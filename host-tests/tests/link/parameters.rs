@@ -117,7 +117,8 @@ b_nms_per_rad = 0.0
 counts_per_rev = 4000
 "#;
 
-/// By hand: 0.02 N m · 2 Ω / 0.05 N m/A = 0.8 V of friction; zone 0.5 and 0.3 V; load 0.005 N m = 0.2 V; drive gain 0.9.
+/// By hand: 0.02 N m · 2 Ω / 0.05 N m/A = 0.8 V of friction; zone 0.5 and 0.3 V; load 0.005 N m = 0.2 V, which the table's constant holds; drive
+/// gain 0.9.
 #[test]
 fn effects_become_terminal_voltages() {
     let text = format!(
@@ -133,8 +134,8 @@ fn effects_become_terminal_voltages() {
     let scale = config().build().expect("a configuration");
     let report = params.estimates(&config()).report(&scale);
     for (name, found, by_hand) in [
-        ("dead zone +", report.dead_zone_pos_v, (0.5 + 0.8 - 0.2) / 0.9),
-        ("dead zone −", report.dead_zone_neg_v, (0.3 + 0.8 + 0.2) / 0.9),
+        ("dead zone +", report.dead_zone_pos_v, (0.5 + 0.8) / 0.9),
+        ("dead zone −", report.dead_zone_neg_v, (0.3 + 0.8) / 0.9),
         ("saturation +", report.saturation_pos_v, (9.0 + 0.5) / 0.9),
         ("saturation −", report.saturation_neg_v, (9.0 + 0.3) / 0.9),
         ("gain", report.gain_rad_s_per_v, 0.9 / 0.05),
@@ -144,6 +145,8 @@ fn effects_become_terminal_voltages() {
         assert!((value / by_hand - 1.0).abs() < 1e-3, "{name}: {value}, by hand {by_hand}");
         assert!(found.trusted, "{name}");
     }
+    let load = params.position_load.expect("a table");
+    assert!((load.constant_v + 0.2 / 0.9).abs() < 1e-9 && load.sines.is_empty(), "{load:?}");
     // 0.001 N m is 0.044 V; the base parameters' 3 % add to it.
     let u95 = f64::from(report.dead_zone_pos_v.u95.expect("there"));
     assert!((1.96 * 0.044..0.4).contains(&u95), "{u95} V");
@@ -206,6 +209,46 @@ fn a_fitted_friction_is_as_narrow_as_the_log_has_shown_it() {
     assert_eq!(trusted(&exported(friction).0), [false; 4], "written by a person");
     let named = format!("{friction}standing = \"named\"\n");
     assert_eq!(trusted(&exported(&named).0), [true; 4]);
+}
+
+/// What pushes the same way everywhere widens no dead zone: it would come and go with the sign of the motion. v = u + 0.3 V is undone by −0.3 V,
+/// and what is not sure of it is left out, with the reason.
+#[test]
+fn an_offset_of_the_drive_becomes_the_constant_of_the_table() {
+    let offset = |std: f64, standing: &str| {
+        let known = format!(
+            "[tolerance]\ndefault = 0.01\n[known.voltage_offset]\noffset_v = 0.3\noffset_v_std = {std}\nstanding = \"{standing}\"\n"
+        );
+        exported(&known).0
+    };
+    let export = offset(0.01, "named");
+    assert_eq!((export.params.dead_zone_pos_v, export.params.dead_zone_neg_v), (None, None));
+    let table = export.params.position_load.expect("a table");
+    assert!((table.constant_v + 0.3).abs() < 1e-9 && table.sines.is_empty(), "{table:?}");
+    let built = table.build(&config()).expect("within its range");
+    assert!(built.is_constant() && built.is_on() && built.is_trusted());
+    for (std, standing) in [(0.1, "named"), (0.01, "tie")] {
+        let export = offset(std, standing);
+        assert_eq!(export.params.position_load, None, "{standing} ± {std}");
+        assert!(
+            export.doubts.iter().any(|doubt| doubt.starts_with("voltage_offset: ")),
+            "{:?}",
+            export.doubts
+        );
+    }
+}
+
+/// The loops know one time constant: 0.08 s of inertia, 0.03 s of the drive's lag and 0.01 s of delay.
+#[test]
+fn a_lag_and_a_delay_are_part_of_the_time_constant() {
+    let (export, _) = exported(
+        "[tolerance]\ndefault = 0.01\n[known.actuator_lag]\ntime_constant_s = 0.03\nstanding = \"named\"\n\
+         [known.transport_delay]\ndelay_s = 0.01\nstanding = \"named\"\n",
+    );
+    assert!(export.left_out.is_empty(), "{:?}", export.left_out);
+    let found = export.params.time_constant_s.expect("there");
+    assert!((found.value - 0.12).abs() < 1e-9, "{} s", found.value);
+    assert!(found.trusted);
 }
 
 #[test]

@@ -17,7 +17,9 @@ use truing_servo::device::tracking::TrackJson;
 /// A shaft that moves no more than a count in this time stands, s.
 const STILL_S: f64 = 0.1;
 /// Nobody waits longer than this for a shaft to stand, s.
-const LONGEST_REST_S: f64 = 10.0;
+const LONGEST_REST_S: f64 = 4.0;
+
+const DRIVEN: &str = "the shaft is driven away while the bridge is open: brake it, or take the load off";
 
 /// The servo.
 pub struct Bench {
@@ -161,13 +163,17 @@ impl Runs {
     /// Follows all motions with these numbers in use: at home, at rest, and back to an open bridge. The numbers are adopted
     /// in RAM; nothing is stored.
     pub fn follow(&mut self, numbers: &AxisParameters, motions: &[Motion]) -> Result<Followed, InputError> {
-        self.rest(|_| true)?;
+        let stands = self.rest(|_| true)?;
         self.session.command(Command::Adopt(numbers.estimates))?;
         self.session.command(Command::Compensation(numbers.compensation))?;
         self.session.command(Command::PositionLoad(numbers.position_load))?;
         let begun = self.session.command(Command::Arm)?;
-        self.session.command(Command::Position(0.0))?;
-        self.rest(|kept| kept.activity() == Activity::Holding)?;
+        let home = self.session.command(Command::Position(0.0));
+        match home.and_then(|_| self.rest(|kept| kept.activity() == Activity::Holding)) {
+            Ok(rests) if rests || self.session.kept.borrow().activity() == Activity::Holding => {}
+            Err(error) if stands => return Err(error),
+            _ => return Err(InputError(DRIVEN.into())),
+        }
         let mut rms = Vec::new();
         for motion in motions {
             let start = self.session.command(motion.command())?;
@@ -186,14 +192,15 @@ impl Runs {
         })
     }
 
-    /// Waits until the shaft stands and the axis is in such a state; a fault ends the wait.
-    fn rest(&mut self, such: impl Fn(&Kept) -> bool) -> Result<(), InputError> {
+    /// Waits until the shaft stands and the axis is in such a state; a fault ends the wait. `false`: it takes too long.
+    fn rest(&mut self, such: impl Fn(&Kept) -> bool) -> Result<bool, InputError> {
         let session = &mut self.session;
         // The records of before are none of this rest.
         session.pause(STILL_S)?;
         let (still, end) =
             (session.standstill(), session.kept.borrow().now() + session.ticks(LONGEST_REST_S));
         let over = |kept: &Kept| kept.activity() == Activity::Faulted || kept.stands(still) && such(kept);
-        session.run_to(end, over, "settling", &mut |_| {}).map(|_| ())
+        session.run_to(end, over, "settling", &mut |_| {})?;
+        Ok(over(&session.kept.borrow()))
     }
 }

@@ -287,7 +287,7 @@ impl Improving {
     /// Has the servo trusted no dead zone because of a load that this candidate holds, and does another look at it fit?
     fn is_hidden_by_load(&self, known: &AxisParameters, candidate: &AxisParameters) -> Result<bool> {
         let hidden = known.estimates.dead_zone.iter().all(|side| side.trusted().is_none());
-        let holds = candidate.position_load.terms().next().is_some();
+        let holds = candidate.position_load.period_counts() != 0;
         Ok(hidden && holds && self.left_s() >= self.commission_s + trial::seconds([known, candidate])?)
     }
 
@@ -368,18 +368,17 @@ impl Improving {
         self.pending(*candidate)?;
         self.began_with.get_or_insert(*base);
         let tried = trial::run(&mut self.bench, [base, candidate], self.job.budget_s)?;
+        self.bench.put(self.standing.as_ref())?;
         let entry = entry.with(candidate);
         let trial = match tried {
             Tried::Whole(trial) => trial,
             Tried::Faulted(new, what) => {
-                self.bench.put(self.standing.as_ref())?;
                 let whose = if new { "new" } else { "old" };
                 let why = format!("a fault ended a run with the {whose} numbers: {what}");
                 self.note(Entry { why: why.clone(), ..entry }, say)?;
                 return if new { Ok(false) } else { ended(Stop::Fault, why) };
             }
             Tried::OutOfTime => {
-                self.bench.put(self.standing.as_ref())?;
                 let why = "the motor comes to rest so slowly that a trial takes more motor time than is left";
                 self.note(Entry { why: why.into(), ..entry }, say)?;
                 return ended(Stop::MotorTime, why);
@@ -390,8 +389,6 @@ impl Improving {
             self.bench.put(Some(candidate))?;
             self.bench.keep(candidate)?;
             (self.standing, self.base) = (Some(*candidate), Some(*candidate));
-        } else {
-            self.bench.put(self.standing.as_ref())?;
         }
         let why = if kept { "it follows better" } else { "it does not follow better beyond doubt" };
         self.note(Entry { kept, why: why.into(), trial: Some(trial), ..entry }, say)?;

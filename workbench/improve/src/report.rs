@@ -12,25 +12,25 @@ pub fn page(improved: &Improved, command: &str) -> Document {
     let verdict = if improved.improved { "The servo follows better" } else { "The servo is as it was" };
     let subtitle = format!("{}; the motor was under way for {:.1} s", improved.why, improved.motor_s);
     let document = Document::new(verdict, subtitle).by(command).section(summary(improved));
-    let rounds = (1..).zip(&improved.outcomes);
-    rounds.fold(document, |page, (round, outcome)| {
+    (1..).zip(&improved.outcomes).fold(document, |page, (round, outcome)| {
         page.gap(format!("What the log of round {round} shows"), &[], outcome)
     })
 }
 
+const HOW: &str = "Each candidate was put in force beside the stored parameters, the motor followed the same motions with the old \
+                   and the new numbers in turns, and only what follows better beyond doubt was stored.";
+
 fn summary(improved: &Improved) -> Section {
     Section {
         title: "What was tried".into(),
-        text: vec![
-            "Each candidate was put in force beside the stored parameters, the motor followed the same motions with the old \
-             and the new numbers in turns, and only what follows better beyond doubt was stored."
-                .into(),
-        ],
+        text: vec![HOW.into()],
         plots: [gaps(improved), errors(improved)].into_iter().flatten().collect(),
         tables: vec![table(&improved.entries)],
         ..Section::default()
     }
 }
+
+const HEADER: [&str; 7] = ["no.", "names", "fit of the model", "numbers", "error", "outcome", "why"];
 
 fn table(entries: &[Entry]) -> Table {
     let row = |(number, entry): (usize, &Entry)| {
@@ -49,9 +49,7 @@ fn table(entries: &[Entry]) -> Table {
     };
     Table {
         caption: "Candidates in the order of their trials".into(),
-        header: ["no.", "names", "fit of the model", "numbers", "error", "outcome", "why"]
-            .map(String::from)
-            .to_vec(),
+        header: HEADER.map(String::from).to_vec(),
         rows: (1..).zip(entries).map(row).collect(),
     }
 }

@@ -2,15 +2,14 @@
 //! terminals, as the chip sees it.
 //!
 //! In the order of the plant's input chain, v = gain·u + offset passes the dead zone, then the limit; the current then
-//! has to overcome the drop of the bridge, and its torque friction and load. So the terminal voltage at which the shaft
-//! is about to move, positive direction, is
+//! has to overcome the drop of the bridge, and its torque friction and load. What pushes one way, and a torque over the place, become
+//! a table ([`crate::waves`]). Beside it the terminal voltage at which the shaft is about to move, positive direction, is
 //!
 //! ```text
-//! u₊ = (zone₊ + drop + (friction₊ − load)·R/Kt − offset) / gain        u₋ likewise with load and offset the other way
+//! u₊ = (zone₊ + drop + friction₊·R/Kt) / gain
 //! ```
 //!
-//! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain. A torque over the place becomes a table
-//! ([`crate::waves`]). Loops and feed-forward know one time constant, so it holds the sum of all: of inertia, winding, a lag of the drive and
+//! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain. Loops and feed-forward know one time constant, so it holds the sum of all: of inertia, winding, a lag of the drive and
 //! a delay, as a motion that changes slowly sees them.
 //!
 //! A number is trusted as on the chip: a dead zone or a saturation whose half width of 95 % is below 12 % of it, gain and
@@ -21,7 +20,7 @@ use crate::waves::{self, Wave};
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
 use servo::store::AxisParameters;
-use truing_core::system::effects::{self, OnChip};
+use truing_core::system::effects::OnChip;
 use truing_core::system::model::{Known, Model, NAMED};
 use truing_core::system::plant::physics::{Drive, Physics};
 use truing_core::text::input_error::InputError;
@@ -118,13 +117,15 @@ fn place_load(
     };
     let waves: Vec<Wave> = waves::waves(model).into_iter().filter(&mut sure).collect();
     params.position_load = waves::table(&waves, config);
-    let shares = params.position_load.clone().map(|mut load| load.fit(&beside)).unwrap_or_default();
-    let part = |(wave, share): (&Wave, &f64)| {
+    let [constant, sines] =
+        params.position_load.clone().map(|mut load| load.fit(&beside)).unwrap_or_default();
+    let mut sines = sines.into_iter();
+    let part = |wave: &Wave| {
+        let share = if wave.per_turn == 0.0 { *constant.first()? } else { sines.next()? };
         let beyond = 100.0 * (1.0 - share);
-        (*share < 1.0)
-            .then(|| format!("{beyond:.0} % of {}, too steep or too large for the loops", wave.name))
+        (share < 1.0).then(|| format!("{beyond:.0} % of {}, too steep or too large for the loops", wave.name))
     };
-    Ok(waves.iter().zip(&shares).filter_map(part).collect())
+    Ok(waves.iter().filter_map(part).collect())
 }
 
 /// Why a name is not to be trusted, if so.
@@ -210,8 +211,6 @@ struct Terminal {
 impl Terminal {
     fn of(model: &Model) -> Self {
         let plant = model.physics();
-        let loads = model.known.iter().filter(|known| known.effect == &effects::CONSTANT_LOAD);
-        let load: f64 = loads.map(|known| known.values[0]).sum();
         let volts = |torque: f64| torque * plant.resistance / plant.kt;
         let friction = [volts(plant.friction_pos), volts(plant.friction_neg)];
         let zone = [plant.dead_pos, plant.dead_neg];
@@ -219,8 +218,7 @@ impl Terminal {
         let towards = [1.0, -1.0];
         let side = |side: usize, level: f64| (level - towards[side] * plant.drive_offset) / plant.drive_gain;
         Terminal {
-            dead_zone: [0, 1]
-                .map(|at| side(at, zone[at] + plant.drop_v + friction[at] - towards[at] * volts(load))),
+            dead_zone: [0, 1].map(|at| (zone[at] + plant.drop_v + friction[at]) / plant.drive_gain),
             saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
             gain: plant.drive_gain * plant.dc_gain(),
             time_constant: plant.time_constant_s() + electrical(&plant) + plant.lag_s + plant.delay_s,

@@ -1,7 +1,8 @@
-//! What a model knows of gravity and cogging, as a table for the servo.
+//! What a model knows of gravity, cogging, a constant load and an offset of the drive, as a table for the servo.
 //!
 //! The encoder's shaft stands at 2π·count/counts_per_rev, as in a log. What holds a torque T there is the voltage −T·R/Kt at the winding,
-//! which the drive makes of a voltage smaller by its gain.
+//! which the drive makes of a voltage smaller by its gain. What pushes the same way everywhere is the table's constant: as a wider dead
+//! zone on one side it would come and go with the sign of the motion.
 
 use servo::config::Config;
 use std::f64::consts::TAU;
@@ -14,13 +15,13 @@ const MOST_CYCLES: u32 = 64;
 /// Relative half width (95 %) of a sine from which on it is not trusted: one that is wrong by half of itself still halves the load.
 const TRUST_LIMIT: f64 = 0.5;
 
-/// One sine of a model, as a voltage over the angle of the encoder's shaft.
+/// One sine of a model, as a voltage over the angle of the encoder's shaft, or what is the same everywhere.
 pub struct Wave {
     /// The effect.
     pub name: &'static str,
-    /// Cycles a turn.
+    /// Cycles a turn; 0: the same everywhere.
     pub per_turn: f64,
-    /// V.
+    /// V. Signed where it is the same everywhere.
     pub amplitude_v: f64,
     /// rad.
     pub phase_rad: f64,
@@ -49,23 +50,24 @@ pub fn waves(model: &Model) -> Vec<Wave> {
 fn wave(model: &Model, known: &Known) -> Option<Wave> {
     let (whole, mut alone) = (model.physics(), model.base());
     (known.effect.apply)(&known.values, &mut alone);
-    let torque = alone.torques.first()?;
-    let [a, b, c] = torque.parameters;
-    let gear = alone.gear_ratio;
-    let (torque_nm, per_turn, phase) = match torque.law {
-        Law::Gravity => (a / gear, 1.0 / gear, b),
-        Law::Cogging => (a, b, c),
+    let (gear, offset_v) = (alone.gear_ratio, alone.drive_offset - model.base().drive_offset);
+    let volts = |torque_nm: f64| torque_nm * whole.resistance / whole.kt;
+    let (a, at_winding, per_turn, phase) = match alone.torques.first().map(|it| (it.law, it.parameters)) {
+        Some((Law::Gravity, [a, b, _])) => (a, volts(a / gear), 1.0 / gear, b),
+        Some((Law::Cogging, [a, b, c])) => (a, volts(a), b, c),
+        Some((Law::Constant, [a, ..])) => (a, -volts(a), 0.0, 0.0),
+        None if offset_v != 0.0 => (offset_v, -offset_v, 0.0, 0.0),
         _ => return None,
     };
     let std = |place: usize| known.stds.get(place).copied().flatten().unwrap_or(0.0);
-    let phase_std = std(known.stds.len().saturating_sub(1));
+    let phase_std = if per_turn > 0.0 { std(known.stds.len().saturating_sub(1)) } else { 0.0 };
     // As many cycles a turn as there are poles, where the log agrees.
     let (cycles, cycles_std) = (per_turn.round(), if known.stds.len() > 2 { std(1) } else { 0.0 });
     let whole_number = (per_turn - cycles).abs() < 3.0 * cycles_std && cycles > 0.0;
     Some(Wave {
         name: known.effect.name,
         per_turn: if whole_number { cycles } else { per_turn } / whole.sensor_scale,
-        amplitude_v: torque_nm * whole.resistance / whole.kt / whole.drive_gain,
+        amplitude_v: at_winding / whole.drive_gain,
         phase_rad: phase.rem_euclid(TAU),
         u95: 1.96 * (std(0) / a).hypot(phase_std),
     })
@@ -73,7 +75,12 @@ fn wave(model: &Model, known: &Known) -> Option<Wave> {
 
 /// The table of these; `None`: there is none.
 pub fn table(waves: &[Wave], config: &Config) -> Option<PlaceLoad> {
-    let slowest = waves.first()?.per_turn;
+    let (constant, waves): (Vec<&Wave>, Vec<&Wave>) = waves.iter().partition(|wave| wave.per_turn == 0.0);
+    // A constant alone repeats itself after any way.
+    let slowest = waves.first().map_or(1.0, |wave| wave.per_turn);
+    if waves.is_empty() && constant.is_empty() {
+        return None;
+    }
     let counts = f64::from(config.counts_per_rev);
     let period = |cycles: u32| (f64::from(cycles) * counts / slowest).round();
     let cycles = |wave: &Wave, period: f64| wave.per_turn * period / counts;
@@ -84,7 +91,7 @@ pub fn table(waves: &[Wave], config: &Config) -> Option<PlaceLoad> {
     };
     let periods = (1..=MOST_CYCLES).map(period).filter(|period| *period < f64::from(1 << 24));
     let period = periods.min_by(|a, b| off(*a).total_cmp(&off(*b)))?;
-    let sine = |wave: &Wave| Sine {
+    let sine = |wave: &&Wave| Sine {
         cycles: cycles(wave, period).round() as u16,
         amplitude_v: wave.amplitude_v,
         phase_rad: wave.phase_rad,
@@ -94,7 +101,7 @@ pub fn table(waves: &[Wave], config: &Config) -> Option<PlaceLoad> {
         trusted: true,
         absolute: false,
         period_counts: period as u32,
-        constant_v: 0.0,
+        constant_v: constant.iter().map(|wave| wave.amplitude_v).sum(),
         sines: waves.iter().map(sine).collect(),
     })
 }

@@ -285,7 +285,6 @@ pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), Inp
     parameters.estimates.merge(&estimates);
     let Some(mut load) = params.position_load.clone() else { return Ok(()) };
     load.fit(parameters);
-    let table = load.build(&parameters.config);
-    parameters.position_load = table.map_err(|error| InputError(range_text(&error)))?;
-    Ok(())
+    let table = load.build(&parameters.config).map_err(|error| InputError(range_text(&error)));
+    table.map(|table| parameters.position_load = table)
 }

@@ -73,12 +73,16 @@ impl PlaceLoad {
         Ok(table.switched(self.on).trusted(self.trusted).absolute(self.absolute))
     }
 
-    /// As much of every sine, the slowest one first, as the chip allows beside the loops of these parameters; which share.
-    pub fn fit(&mut self, beside: &AxisParameters) -> Vec<f64> {
+    /// As much of the constant and of every sine, the slowest one first, as the chip allows beside the loops of these parameters; which
+    /// share of each.
+    pub fn fit(&mut self, beside: &AxisParameters) -> [Vec<f64>; 2] {
         let nominal = f64::from(beside.config.supply_nominal_v);
         let turn = TAU / f64::from(self.period_counts.max(1));
         let mut steepness = OF_BOUNDS * f64::from(MOST_SLOPE) * per_count(beside) * nominal;
-        let mut volts = OF_BOUNDS * f64::from(MOST_SHARE) * nominal - self.constant_v.abs();
+        let most = OF_BOUNDS * f64::from(MOST_SHARE) * nominal;
+        let constant = (most / self.constant_v.abs()).min(1.0);
+        self.constant_v *= constant;
+        let mut volts = most - self.constant_v.abs();
         let share = |sine: &mut Sine| {
             let steep = turn * f64::from(sine.cycles) * sine.amplitude_v;
             let share = (steepness / steep).min(volts / sine.amplitude_v).clamp(0.0, 1.0);
@@ -86,7 +90,7 @@ impl PlaceLoad {
             (steepness, volts) = (steepness - share * steep, volts - sine.amplitude_v);
             share
         };
-        self.sines.iter_mut().map(share).collect()
+        [vec![constant], self.sines.iter_mut().map(share).collect()]
     }
 }
 
@@ -94,8 +98,6 @@ impl PlaceLoad {
 fn per_count(parameters: &AxisParameters) -> f64 {
     let Ok(axis) = Axis::from_parameters(parameters) else { return 0.0 };
     let mut state = axis.start();
-    match axis.adopt(&mut state, &parameters.estimates) {
-        Ok(()) => f64::from(axis.design(&mut state).loops.per_count()),
-        Err(_) => 0.0,
-    }
+    let adopted = axis.adopt(&mut state, &parameters.estimates);
+    adopted.map_or(0.0, |()| f64::from(axis.design(&mut state).loops.per_count()))
 }
