@@ -26,7 +26,7 @@
 //! let Log::Table(table) = log::parse("speeds.csv", &rows, &Columns::default())? else {
 //!     panic!("a log without time is a table");
 //! };
-//! let outcome = tables::run(&model, &table, &[]);
+//! let outcome = tables::run(&model, &table, &[], &[]);
 //! assert_eq!(outcome.effects[0].name, "dead_zone");
 //! # Ok(())
 //! # }

@@ -123,7 +123,7 @@ pub fn run(arguments: Arguments) {
         .map(|seed| {
             let case = draw(seed);
             let model = truing::system::model::parse("drawn", &case.model).unwrap();
-            let outcome = truing::gap::tables::run(&model, &case.table, &[]);
+            let outcome = truing::gap::tables::run(&model, &case.table, &[], &[]);
             (case, outcome)
         })
         .collect();

@@ -393,6 +393,23 @@ fn a_delay_is_found_although_the_inertia_is_unknown() {
     }
 }
 
+/// Without a released bridge no log shows what of the damping is friction, and in coarse rows no winding shows.
+#[test]
+fn a_number_that_is_unknown_and_does_not_show_is_left_out() {
+    let desk = Desk::new(&noisy(Hidden::Friction(0.6), 0));
+    let unknown = ["gain_rad_s_per_v", "time_constant_s", "viscous_vs_per_rad", "electrical_time_constant_s"];
+    let lines: String = unknown.iter().map(|key| format!("{key} = \"unknown\"\n")).collect();
+    let model = format!("schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\n{lines}");
+    std::fs::write(desk.path("model.toml"), model).unwrap();
+    let outcome = desk.gap("");
+    assert!(names(&outcome)[0].contains("friction"), "{}", outcome["verdict"]);
+    let extended = std::fs::read_to_string(desk.path("result/model.extended.toml")).unwrap();
+    for key in &unknown[2..] {
+        let line = extended.lines().find(|line| line.starts_with(key)).unwrap();
+        assert!(line.contains("the log does not show it"), "{line}");
+    }
+}
+
 #[test]
 fn a_linear_axis_and_a_torque_lead_to_a_verdict() {
     let mut text = String::from("t_s,u_v,v_m_s\n");

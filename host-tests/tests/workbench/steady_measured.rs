@@ -19,7 +19,7 @@ fn wheel(path: &Path, side: &str) -> Outcome {
     let Log::Dynamic(log) = log::read(path, &columns).unwrap() else { panic!("the sweep has a time column") };
     let model = first_order();
     let table = truing::gap::tables::settled(&model, &log).expect("rows 1.1 s apart are settled");
-    truing::gap::tables::run(&model, &table, &[])
+    truing::gap::tables::run(&model, &table, &[], &[])
 }
 
 fn names(outcome: &Outcome) -> Vec<&str> {
@@ -69,7 +69,8 @@ const GAIN: f64 = 0.05 / (1.5 * 1e-4 + 0.05 * 0.05);
 
 #[test]
 fn a_complete_model_lacks_nothing() {
-    let outcome = truing::gap::tables::run(&motor(), &table((-12..=12).map(f64::from), |u| GAIN * u), &[]);
+    let outcome =
+        truing::gap::tables::run(&motor(), &table((-12..=12).map(f64::from), |u| GAIN * u), &[], &[]);
     assert_eq!(outcome.verdict, Verdict::NothingMissing, "{:?}", names(&outcome));
     assert!(outcome.effects.is_empty() && outcome.ties.is_empty());
 }
@@ -77,7 +78,7 @@ fn a_complete_model_lacks_nothing() {
 #[test]
 fn a_gain_inside_the_tolerance_is_reported_and_not_named() {
     let outcome =
-        truing::gap::tables::run(&motor(), &table((-12..=12).map(f64::from), |u| 1.03 * GAIN * u), &[]);
+        truing::gap::tables::run(&motor(), &table((-12..=12).map(f64::from), |u| 1.03 * GAIN * u), &[], &[]);
     assert_eq!(outcome.verdict, Verdict::NothingMissing, "{:?}", names(&outcome));
     assert!(outcome.within_tolerance.iter().any(|s| s.parameter == "Kt_nm_per_a" && s.shift_percent < 0.0));
     assert!(outcome.holdout.rmse_after < 0.2 * outcome.holdout.rmse_before, "{:?}", outcome.holdout);
@@ -86,21 +87,26 @@ fn a_gain_inside_the_tolerance_is_reported_and_not_named() {
 #[test]
 fn a_dead_zone_in_the_table_is_named_and_tied_with_friction() {
     let zone = |u: f64| GAIN * (u.abs() - 1.4).max(0.0) * u.signum();
-    let outcome =
-        truing::gap::tables::run(&motor(), &table((-24..=24).map(|k| 0.5 * f64::from(k)), zone), &[]);
+    let table = table((-24..=24).map(|k| 0.5 * f64::from(k)), zone);
+    let outcome = truing::gap::tables::run(&motor(), &table, &[], &[]);
     assert_eq!(names(&outcome), ["dead_zone"]);
     let width = &outcome.effects[0].parameters["half_width_v"];
     assert!((width.value - 1.4).abs() < 3.0 * width.std.unwrap().max(0.005), "{width:?}");
     assert!(outcome.ties[0].rivals.contains(&vec!["coulomb_friction".to_string()]), "{:?}", outcome.ties);
+    // What is not offered is neither a name nor a rival.
+    let without = truing::gap::tables::run(&motor(), &table, &[], &["dead_zone".into()]);
+    assert_eq!(names(&without), ["coulomb_friction"]);
+    let rivals = without.ties.iter().flat_map(|tie| tie.rivals.iter().flatten());
+    assert!(!rivals.into_iter().any(|name| name == "dead_zone"), "{:?}", without.ties);
 }
 
 #[test]
 fn few_points_are_refused_with_a_reason() {
     let outcome =
-        truing::gap::tables::run(&motor(), &table([1.0, 2.0, 3.0, 4.0].into_iter(), |u| GAIN * u), &[]);
+        truing::gap::tables::run(&motor(), &table([1.0, 2.0, 3.0, 4.0].into_iter(), |u| GAIN * u), &[], &[]);
     assert_eq!(outcome.verdict, Verdict::InsufficientExcitation);
     assert!(outcome.notes[0].contains("4 different voltages; measure at least 6"), "{:?}", outcome.notes);
-    let still = truing::gap::tables::run(&motor(), &table((-6..6).map(f64::from), |_| 0.0), &[]);
+    let still = truing::gap::tables::run(&motor(), &table((-6..6).map(f64::from), |_| 0.0), &[], &[]);
     assert!(still.notes[0].contains("does not move"), "{:?}", still.notes);
 }
 
@@ -108,7 +114,7 @@ fn few_points_are_refused_with_a_reason() {
 fn a_shape_outside_the_library_is_called_unexplained() {
     let wavy = |u: f64| GAIN * u + 12.0 * (1.3 * u).sin();
     let outcome =
-        truing::gap::tables::run(&motor(), &table((-48..=48).map(|k| 0.25 * f64::from(k)), wavy), &[]);
+        truing::gap::tables::run(&motor(), &table((-48..=48).map(|k| 0.25 * f64::from(k)), wavy), &[], &[]);
     assert_eq!(outcome.verdict, Verdict::Unexplained, "{:?}", names(&outcome));
     assert!(outcome.unexplained.structure.contains("smooth function of the voltage"));
 }
@@ -117,7 +123,7 @@ fn a_shape_outside_the_library_is_called_unexplained() {
 fn a_limit_that_differs_between_the_directions_is_named() {
     let speed = |u: f64| GAIN * u.clamp(-6.2, 8.7);
     let volts = (-24..=24).map(|k| 0.5 * f64::from(k));
-    let outcome = truing::gap::tables::run(&motor(), &table(volts, speed), &[]);
+    let outcome = truing::gap::tables::run(&motor(), &table(volts, speed), &[], &[]);
     assert_eq!(names(&outcome), ["voltage_saturation_asymmetric"]);
     let limits = &outcome.effects[0].parameters;
     assert!((limits["pos_v"].value - 8.7).abs() < 0.05, "{limits:?}");

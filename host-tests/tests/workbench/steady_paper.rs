@@ -26,7 +26,7 @@ fn table() -> Table {
 }
 
 /// One analysis for all tests.
-static OUTCOME: LazyLock<Outcome> = LazyLock::new(|| truing::gap::tables::run(&motor(), &table(), &[]));
+static OUTCOME: LazyLock<Outcome> = LazyLock::new(|| truing::gap::tables::run(&motor(), &table(), &[], &[]));
 
 fn effect<'a>(outcome: &'a Outcome, name: &str) -> &'a NamedEffect {
     outcome.effects.iter().find(|e| e.name == name).unwrap_or_else(|| panic!("{name} is not named"))
@@ -107,7 +107,7 @@ fn the_extended_model_lacks_nothing_more() {
     let original = std::fs::read_to_string(data("motor.toml")).unwrap();
     let text = ModelFile { original: &original, origin: "truing gap" }.export(outcome).unwrap();
     let extended = model::parse("extended.toml", &text).unwrap();
-    let again = truing::gap::tables::run(&extended, &table(), &[]);
+    let again = truing::gap::tables::run(&extended, &table(), &[], &[]);
     assert_eq!(again.verdict, Verdict::NothingMissing, "{:?}", again.effects);
     assert!(again.holdout.rmse_before < 3.3, "{:?}", again.holdout);
 }
@@ -115,7 +115,7 @@ fn the_extended_model_lacks_nothing_more() {
 #[test]
 fn the_same_table_gives_the_same_report() {
     let json = || {
-        let mut outcome = truing::gap::tables::run(&motor(), &table(), &[]);
+        let mut outcome = truing::gap::tables::run(&motor(), &table(), &[], &[]);
         outcome.runtime_s = 0.0;
         truing::report::json::Json.export(&outcome).unwrap()
     };

@@ -191,7 +191,7 @@ fn of_table(
             "--final is for records over time; {source} is a steady-state table: give the rows to --holdout"
         )));
     }
-    let mut outcome = tables::run(model, table, &others);
+    let mut outcome = tables::run(model, table, &others, &options.without);
     if let Log::Dynamic(record) = log {
         outcome.notes.push(time_unused(model, record));
     }

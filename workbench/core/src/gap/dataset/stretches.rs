@@ -141,7 +141,7 @@ impl<'a> Stretches<'a> {
     fn repeated(&self, stretch: usize) -> Option<usize> {
         let (first, second) = self.alike?;
         let start = |piece: usize| self.all.iter().position(|it| it.piece == piece);
-        (self.all[stretch].piece == first).then_some(stretch - start(first)? + start(second)?)
+        (self.all[stretch].piece == first).then_some(stretch + start(second)? - start(first)?)
     }
 
     /// Which of some stretches have the same input, as places among them.

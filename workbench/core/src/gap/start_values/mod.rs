@@ -28,6 +28,13 @@ pub const WIDE: f64 = 1.0;
 /// it. Chosen by judgement (decision 0290).
 pub const MEASURED: f64 = 0.1;
 
+/// What follows on a linear axis.
+const DIRECTLY: &str =
+    ". The axis is linear, so the model is an inertia here: mass and forces count per unit of the input";
+/// What follows without a measured current.
+const PRODUCTS: &str = ". Without a measured current (i_a) a log shows only products of resistance, torque constant and inertia, so the \
+                        model is first_order here: friction is stated in volts at the terminals and in rad/s²";
+
 /// The model of a draft, with what is unknown in it filled from a log. A model that lacks nothing stays as it is.
 pub fn completed(draft: Draft, log: &Log) -> Result<Model, InputError> {
     if draft.unknown().is_empty() {
@@ -82,16 +89,10 @@ impl Evidence<'_> {
             Kind::FirstOrder { .. } => Ok(split::first_order(draft, &self.line, self.log)),
             Kind::Inertia { .. } => Ok(split::inertia(draft, &self.line)),
             Kind::DcMotor { .. } if input == Input::Voltage => {
-                split::motor(draft, &self.line, self.log, self.winding())
+                let winding = if let Log::Dynamic(record) = self.log { Winding::of(record) } else { None };
+                split::motor(draft, &self.line, self.log, winding)
             }
             Kind::DcMotor { .. } => split::held_current(draft, &self.line, input),
-        }
-    }
-
-    fn winding(&self) -> Option<Winding> {
-        match self.log {
-            Log::Dynamic(record) => Winding::of(record),
-            Log::Table(_) => None,
         }
     }
 
@@ -106,16 +107,7 @@ impl Evidence<'_> {
         };
         let mut said =
             format!("{list} {is} not known: start values come from {seen}, and are fitted with a wide prior");
-        said += match split.kind {
-            Some(DRIVEN_DIRECTLY) => {
-                ". The axis is linear, so the model is an inertia here: mass and forces count per unit of the input"
-            }
-            Some(_) => {
-                ". Without a measured current (i_a) a log shows only products of resistance, torque constant and inertia, so the \
-                 model is first_order here: friction is stated in volts at the terminals and in rad/s²"
-            }
-            None => "",
-        };
+        said += split.kind.map_or("", |kind| if kind == DRIVEN_DIRECTLY { DIRECTLY } else { PRODUCTS });
         if split.fit {
             said += ". Every number is the log's own, as fitted_to_log = true says: names are judged by the share of the gap that they remove";
         }

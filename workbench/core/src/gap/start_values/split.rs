@@ -89,10 +89,15 @@ pub fn first_order(draft: &Draft, line: &Line, log: &Log) -> Split {
         (ELECTRICAL, Log::Dynamic(it)) => it.runs.iter().any(|run| run.sample_s() <= winding),
         (key, _) => ![VISCOUS_V, ELECTRICAL].contains(&key),
     };
-    let wanted = |(key, _): &(&str, f64)| draft.number(key).is_none() && shows(key);
-    let numbers: Vec<_> = all.into_iter().filter(wanted).collect();
+    let missing = |(key, _): &(&str, f64)| draft.number(key).is_none();
+    // What the log does not show is left out, as if nobody had asked for it.
+    let start = |(key, number)| match shows(key) {
+        true => Some((key, number)),
+        false => wanted(draft, key).then_some((key, 0.0)),
+    };
+    let numbers: Vec<_> = all.into_iter().filter(missing).filter_map(start).collect();
     Split {
-        fit: all[..2].iter().all(wanted),
+        fit: all[..2].iter().all(missing),
         guessed: line.time_constant_s.is_none(),
         numbers,
         ..Split::default()

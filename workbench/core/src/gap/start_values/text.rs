@@ -11,6 +11,8 @@ pub const GUESSED: &str = "a guess: settled speeds do not show it";
 const WINDING: [&str; 2] = ["R_ohm", "Kt_nm_per_a"];
 /// Behind a number that was not known.
 pub const START: &str = "from the log, fitted with a wide prior";
+/// Behind one that the log does not show.
+const UNSEEN: &str = "the log does not show it";
 
 /// The same from voltage, current and speed.
 const FROM_CURRENT: &str = "estimated from the measured current";
@@ -31,6 +33,7 @@ pub fn completed(draft: &Draft, split: &Split) -> String {
         let (origin, tolerance) = match (measured, *key) {
             (true, _) => (FROM_CURRENT, MEASURED),
             (false, "time_constant_s") if split.guessed => (GUESSED, WIDE),
+            (false, _) if *number == 0.0 => (UNSEEN, WIDE),
             (false, _) => (START, WIDE),
         };
         put(&mut document, &section, key, value(crate::text::figures::rounded(*number, 3)), origin);

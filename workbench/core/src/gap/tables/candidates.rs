@@ -13,17 +13,18 @@ pub fn same_place(a: &Effect, b: &Effect) -> bool {
 }
 
 /// What the candidates are drawn from.
-pub struct Offer {
+pub struct Offer<'a> {
     winding: bool,
     reversed: bool,
     fitted_to_log: bool,
     rectifiable: bool,
     taken: Vec<&'static Effect>,
+    without: &'a [String],
 }
 
-impl Offer {
-    /// The offer for a model and a table.
-    pub fn new(model: &Model, Rows { volts, omega, .. }: &Rows) -> Self {
+impl<'a> Offer<'a> {
+    /// The offer for a model and a table, but for these effects.
+    pub fn new(model: &Model, Rows { volts, omega, .. }: &Rows, without: &'a [String]) -> Self {
         let winding = matches!(model.kind, Kind::DcMotor { .. });
         let negative = || volts.iter().zip(omega).filter(|(u, _)| **u < 0.0);
         Offer {
@@ -32,6 +33,7 @@ impl Offer {
             fitted_to_log: model.fitted_to_log,
             rectifiable: omega.iter().all(|w| *w >= 0.0) && negative().any(|(_, w)| *w > 0.0),
             taken: model.known.iter().map(|k| k.effect).collect(),
+            without,
         }
     }
 
@@ -60,6 +62,7 @@ impl Offer {
     fn allows(&self, effect: &Effect) -> bool {
         effect.steady().is_some_and(|steady| self.holds(steady.needs))
             && !self.taken.iter().any(|taken| same_place(taken, effect))
+            && !self.without.iter().any(|name| name == effect.name)
             && effect.fits(Drive::Voltage, self.winding, false)
             && !(self.fitted_to_log && effect.is_scale())
     }

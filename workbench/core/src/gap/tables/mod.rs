@@ -38,19 +38,19 @@ pub use settled::{Answers, answers, left_if_settled, settled};
 use study::HeldOut;
 
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
-/// short table); the parameters that are reported come from all rows.
-pub fn run(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
+/// short table); the parameters that are reported come from all rows. `without`: names of effects that are not offered.
+pub fn run(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) -> Outcome {
     let inertia = matches!(model.kind, Kind::Inertia { .. });
     let unsuitable = || "a table of voltages needs a model with a winding: dc_motor or first_order".into();
     match table::too_poor(log).or_else(|| inertia.then(unsuitable)) {
         Some(reason) => verdict::insufficient(log, reason),
-        None => analyse(model, log, holdouts),
+        None => analyse(model, log, holdouts, without),
     }
 }
 
-fn analyse(model: &Model, log: &Table, holdouts: &[Table]) -> Outcome {
+fn analyse(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) -> Outcome {
     let rows = Rows::of(log, model, !holdouts.is_empty());
-    let search = Search { offer: &Offer::new(model, &rows), rows: &rows, model };
+    let search = Search { offer: &Offer::new(model, &rows, without), rows: &rows, model };
     let Some(found) = search.run() else {
         let reason = "the model has no steady speed for these voltages; check its parameters";
         return verdict::insufficient(log, reason.into());

@@ -20,7 +20,7 @@ pub struct Search<'a> {
     /// The model as given.
     pub model: &'a Model,
     /// Candidates.
-    pub offer: &'a Offer,
+    pub offer: &'a Offer<'a>,
 }
 
 impl<'a> Search<'a> {

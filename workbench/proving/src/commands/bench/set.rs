@@ -113,7 +113,7 @@ impl Ready<'_> {
                 let (model, log, holdout) = &**files;
                 Some(watched(model, log, std::slice::from_ref(holdout), &options)?)
             }
-            Self::Paper => Some(tables::run(&paper::motor(), &paper::table(), &[])),
+            Self::Paper => Some(tables::run(&paper::motor(), &paper::table(), &[], &[])),
             // What an expect.toml names lies beside the folder of rigs.
             Self::Rig(rig) => judge::answer(rig, data.and_then(Path::parent), &options)?,
         })

@@ -12,5 +12,5 @@ pub const INTRODUCTION: [&str; 1] = [
 
 /// The gap workflow on the paper's table.
 pub fn analyse() -> Outcome {
-    tables::run(&paper::motor(), &paper::table(), &[])
+    tables::run(&paper::motor(), &paper::table(), &[], &[])
 }
