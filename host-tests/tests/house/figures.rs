@@ -24,7 +24,7 @@ fn the_workbench_grows_no_further() {
     // with unknown numbers, `truing start`, the table of keys and its complaints (0290 to 0292); 850 with logs of any length (0300).
     // The limit was 32,233 until the proving ground left it, and fell by 100 when test modules in files of their own were no longer counted, and by
     // 175 with what makes parameters of a model.
-    at_most("code lines of the workbench", workbench.code(), 29_370, 19_000);
+    at_most("code lines of the workbench", workbench.code(), 29_345, 19_000);
 }
 
 /// They left the workbench, not the project: their lines are counted on.
@@ -51,7 +51,7 @@ fn proving_ground_reference_plant_and_doors_grow_no_further() {
 const BODIES: [(&str, [usize; 3], [usize; 3]); 3] = [
     ("library", [4, 15, 47], [5, 15, 40]),
     ("image", [3, 13, 29], [4, 15, 33]),
-    ("workbench", [6, 19, 45], [6, 18, 45]),
+    ("workbench", [6, 18, 45], [6, 18, 45]),
 ];
 
 #[test]

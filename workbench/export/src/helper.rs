@@ -54,10 +54,8 @@ fn states(p: &Physics) -> String {
         text += &format!("        self.current, self.heat, self.supply = 0.0, 0.0, {supply:?}\n");
     }
     if p.delay_s > 0.0 {
-        text += &format!(
-            "        n = int({:?} // model.opt.timestep)\n        self.late = deque([0.0] * (n + 2), n + 2)\n",
-            p.delay_s
-        );
+        text += &format!("        n = int({:?} // model.opt.timestep)\n", p.delay_s);
+        text += "        self.late = deque([0.0] * (n + 2), n + 2)\n";
     }
     if p.lag_s > 0.0 {
         text += "        self.drive = 0.0\n";

@@ -227,17 +227,16 @@ impl File<'_> {
 
     fn general(&self, range: &str) -> String {
         let p = self.p;
-        let (gain, emf) = match p.drive {
-            Drive::Voltage => (p.kt / p.resistance, p.kt * p.ke / p.resistance),
-            Drive::Torque => (p.force_gain, 0.0),
+        let (gain, emf, kt) = match p.drive {
+            Drive::Voltage => (p.kt / p.resistance, p.kt * p.ke / p.resistance, p.kt),
+            Drive::Torque => (p.force_gain, 0.0, p.force_gain),
         };
         let mut more = String::new();
         if p.lag_s > 0.0 {
             let _ = write!(more, " dyntype=\"filterexact\" dynprm=\"{}\"", p.lag_s);
         }
         if p.current_limit.is_finite() {
-            let most = p.current_limit * if p.drive == Drive::Voltage { p.kt } else { p.force_gain };
-            let _ = write!(more, " forcerange=\"{} {most}\"", -most);
+            let _ = write!(more, " forcerange=\"{0} {1}\"", -p.current_limit * kt, p.current_limit * kt);
         }
         format!(
             "<general name=\"motor\" joint=\"shaft\" gainprm=\"{}\" biastype=\"affine\" biasprm=\"{} 0 {}\"{range}{more}/>",

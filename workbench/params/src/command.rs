@@ -131,11 +131,8 @@ fn reset(client: &mut Client) -> anyhow::Result<()> {
 }
 
 fn write(export: &Export) -> anyhow::Result<()> {
-    Files::default()
-        .reads("MODEL", [&export.model])
-        .reads("--config", [&export.axis.config])
-        .writes("--out", &export.out)
-        .check()?;
+    let read = Files::default().reads("MODEL", [&export.model]).reads("--config", [&export.axis.config]);
+    read.writes("--out", &export.out).check()?;
     let config = export.axis.read()?.config;
     let model = model::read(&export.model)?;
     let found = compensation::from_model(&model, &config)?;

@@ -111,15 +111,13 @@ fn catalogue(dataset: &Dataset) -> Vec<Protocol> {
     let inputs = Inputs::of(dataset);
     let drive = |share: f64, taus: f64| inputs.drive(share, taus);
     let coast = Segment::open(3.0 * inputs.tau);
+    let stairs = inputs.levels(&[0.2, 0.4, 0.7, 1.0, -0.2, -0.4, -0.7, -1.0], 2.0);
     let crawl = inputs.levels(&[0.05, 0.1, 0.2, -0.05, -0.1, -0.2], 1.5);
     vec![
         ("square reversals at 80 % of the largest input", times(&[drive(0.8, 0.8), drive(-0.8, 0.8)], 6)),
         ("coast-downs from both directions", vec![drive(0.75, 3.0), coast.clone(), drive(-0.75, 3.0), coast]),
         ("a slow crawl through zero", times(&crawl, 2)),
-        (
-            "a staircase to the largest input in both directions",
-            inputs.levels(&[0.2, 0.4, 0.7, 1.0, -0.2, -0.4, -0.7, -1.0], 2.0),
-        ),
+        ("a staircase to the largest input in both directions", stairs),
         (
             "releases from the largest input to half of it",
             vec![drive(1.0, 3.0), drive(0.5, 2.0), drive(-1.0, 3.0), drive(-0.5, 2.0)],

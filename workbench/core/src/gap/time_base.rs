@@ -69,9 +69,7 @@ fn follows(log: &Dynamic, slow_s: f64, factor: f64) -> bool {
         return false;
     }
     let all = |part: &dyn Fn(&Piece) -> Vec<f64>| pieces.iter().flat_map(part).collect::<Vec<f64>>();
-    let response = |shape: fn(f64) -> f64, factor: f64, slow_s: f64| {
-        all(&|piece: &Piece| piece.response(shape, factor, slow_s))
-    };
+    let response = |of: fn(f64) -> f64, factor, slow_s| all(&|piece| piece.response(of, factor, slow_s));
     let before = |piece: &Piece| [&piece.input[..1], &piece.input[..piece.input.len() - 1]].concat();
     let rows = [all(&|piece| piece.input.to_vec()), all(&before)];
     let mut settled: Vec<Vec<f64>> = rows.iter().flat_map(|input| bends(input)).collect();

@@ -117,14 +117,13 @@ fn axes(plot: &Plot, window: &Window) -> Markup {
     let [left, top, right, bottom] = FRAME;
     let across = ticks(&window.x, 10.0).into_iter().map(|x| (window.at(x, 0.0).0, tick(x)));
     let up = ticks(&window.y, 8.0).into_iter().map(|y| (window.at(0.0, y).1, tick(y)));
-    let (middle, turned) =
-        (0.5 * (left + right), format!("translate(18 {}) rotate(-90)", 0.5 * (top + bottom)));
+    let turned = format!("translate(18 {}) rotate(-90)", 0.5 * (top + bottom));
     html! {
         g fill=(LETTERS) text-anchor="middle" {
             @for (x, text) in across {
                 path d=(format!("M{x:.1} {top}V{bottom}")) stroke=(GRID) {} text x=(one(x)) y=(bottom + 18.0) { (text) }
             }
-            text x=(middle) y=(bottom + 42.0) { (plot.x_label) }
+            text x=(0.5 * (left + right)) y=(bottom + 42.0) { (plot.x_label) }
             text transform=(turned) { (plot.y_label) }
         }
         g fill=(LETTERS) text-anchor="end" {

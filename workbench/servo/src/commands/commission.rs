@@ -179,12 +179,8 @@ fn referencing(text: &str) -> Result<Referencing, String> {
     match (kind, numbers.as_slice()) {
         ("here", &[position_rad]) => Ok(Referencing::Here { position_rad }),
         ("stop", &[speed_rad_s, position_rad, reach_rad, ref current @ ..]) if current.len() < 2 => {
-            Ok(Referencing::EndStop {
-                speed_rad_s,
-                position_rad,
-                reach_rad,
-                current_a: current.first().copied(),
-            })
+            let current_a = current.first().copied();
+            Ok(Referencing::EndStop { speed_rad_s, position_rad, reach_rad, current_a })
         }
         ("index", &[speed_rad_s, position_rad, reach_rad]) => {
             Ok(Referencing::Index { speed_rad_s, position_rad, reach_rad })

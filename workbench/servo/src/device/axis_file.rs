@@ -51,7 +51,7 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
         config: reader.config()?,
     };
     let setup = reader.on_its_board(setup)?;
-    setup.parameters(None).check().map_err(|error| match error {
+    setup.parameters(None).check().map(|_| setup).map_err(|error| match error {
         SettingsError::Value(error) => {
             reader.at(error.field.name(), format!("out of range: {}", range_text(&error)))
         }
@@ -59,8 +59,7 @@ pub fn parse(source: &str, text: &str) -> Result<Setup, InputError> {
         SettingsError::Action(pair) => {
             InputError::file(source, format!("protection.{} cannot be so", pair.fault.name()))
         }
-    })?;
-    Ok(setup)
+    })
 }
 
 /// Names table and key, which the parser's own words leave out, and the nearest known key.

@@ -27,9 +27,9 @@ pub fn scales(board: &boards::Board) -> Scales {
 /// All that a servo tells of its board, a line each.
 pub fn text(hello: &Hello) -> String {
     let board = &hello.board;
-    let scale = |scale: Optional, unit: &str| match scale.get() {
-        Some(scale) => format!("{scale} {unit} a count"),
-        None => "as the axis file says".into(),
+    let told = "as the axis file says";
+    let scale = |scale: Optional, unit: &str| {
+        scale.get().map_or_else(|| told.into(), |scale| format!("{scale} {unit} a count"))
     };
     let mut lines = vec![
         ("board", board.name.as_str().into()),

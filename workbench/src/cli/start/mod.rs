@@ -108,8 +108,8 @@ impl Made {
         let model = log.map(|log| completed(draft, log)).transpose()?;
         found.model = model.as_ref();
         let text = template::file(sheet, &found);
-        let notes =
-            model.iter().flat_map(|model| model.notes.clone()).chain(disagreement(sheet, log)).collect();
+        let fitted = model.iter().flat_map(|model| model.notes.clone());
+        let notes = fitted.chain(disagreement(sheet, log)).collect();
         // What is written must be what is read.
         model::parse_draft(&name, &text)?;
         Ok(Self { text, notes })

@@ -68,10 +68,8 @@ impl Observation {
     /// Speed from position differences: the shortest window, from a 40th to a 6th of the time constant, in which the
     /// encoder's steps stay below 0.3 % of full speed. Where they are far above that, the position is compared.
     fn derive(&mut self, model: &Model, log: &Dynamic, scales: &Scales, sample: f64) {
-        let step = model
-            .encoder
-            .filter(|_| !log.linear)
-            .map_or(0.0, |encoder| TAU / encoder.counts_per_rev / 12f64.sqrt());
+        let encoder = model.encoder.filter(|_| !log.linear);
+        let step = encoder.map_or(0.0, |encoder| TAU / encoder.counts_per_rev / 12f64.sqrt());
         let rough = log.runs[0].position.as_ref().map_or(0.0, |position| hf_noise(position, 0));
         let noise = step.max(rough);
         // Noise of 0.3 % of the speed hides little of what is searched for; a window of a sixth of the time constant smooths it by

@@ -143,12 +143,9 @@ fn ways(index: usize, run: &Run) -> Option<Vec<Step>> {
         let step = steps[row];
         let expected = 0.5 * (speed[row] + speed[row + 1]) * (run.t_s[row + 1] - run.t_s[row]);
         let steady = (speed[row + 1] - speed[row]).abs() < STEADY * (speed[row + 1] + speed[row]).abs();
-        (steady && speed[row].abs() > slow && expected.abs() > STEPS * smallest).then(|| Step {
-            run: index,
-            row,
-            ratio: step / expected,
-            resolution: smallest / expected.abs(),
-        })
+        let (ratio, resolution) = (step / expected, smallest / expected.abs());
+        let shows = steady && speed[row].abs() > slow && expected.abs() > STEPS * smallest;
+        shows.then_some(Step { run: index, row, ratio, resolution })
     });
     Some(judged.collect())
 }

@@ -194,9 +194,10 @@ impl<'a, D: Data> Hypothesis<'a, D> {
             }
             let mut values = known.values.clone();
             for (slot, z) in self.slots.iter().zip(x) {
-                match slot {
-                    Slot::Known { known, parameter, std } if *known == index => values[*parameter] += std * z,
-                    _ => {}
+                if let Slot::Known { known, parameter, std } = slot
+                    && *known == index
+                {
+                    values[*parameter] += std * z;
                 }
             }
             (known.effect.apply)(&values, &mut plant);

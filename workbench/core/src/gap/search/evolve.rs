@@ -183,9 +183,8 @@ fn least(
     let mut best = (costs(std::slice::from_ref(&begin))[0], begin);
     for _ in 0..simulations / POPULATION {
         let members = adaptation.generation(POPULATION);
-        let found = each(members.chunks(PACK).collect::<Vec<_>>()).flat_map_iter(&costs);
-        let mut ranked: Vec<(f64, &DVector<f64>)> =
-            found.collect::<Vec<_>>().into_iter().zip(&members).collect();
+        let found: Vec<f64> = each(members.chunks(PACK).collect::<Vec<_>>()).flat_map_iter(&costs).collect();
+        let mut ranked: Vec<(f64, &DVector<f64>)> = found.into_iter().zip(&members).collect();
         by_least(&mut ranked, |it| it.0);
         let ((least, member), most) = (ranked[0], ranked[POPULATION - 1].0);
         if least < best.0 {

@@ -245,8 +245,7 @@ impl<'a> Search<'a, '_> {
         // The longest grid is a large part of a screen: its starts are shared among the threads, a pack at a time.
         let look = |grid: &[&Vec<f64>]| -> Vec<Start> {
             let packs = each(grid.chunks(TOGETHER).collect::<Vec<_>>()).flat_map_iter(|some| {
-                let places: Vec<Vec<f64>> =
-                    some.iter().map(|start| started(&hypothesis, parent, start)).collect();
+                let places: Vec<Vec<f64>> = some.iter().map(|it| started(&hypothesis, parent, it)).collect();
                 let residuals = evaluator.of_all(&places);
                 let projected = places.iter().zip(&residuals);
                 let starts = projected.map(|(x, residuals)| onto.projected(&hypothesis, x, residuals));

@@ -90,8 +90,7 @@ impl Case<'_> {
                     std_percent: 100.0 * ratio * tolerance * std,
                     refitted: hypothesis.model.fitted_to_log,
                 };
-                let keys = std::iter::once(*key).chain(twin.map(|twin| twin.0));
-                keys.map(shift).collect()
+                std::iter::once(*key).chain(twin.map(|twin| twin.0)).map(shift).collect()
             }
             _ => Vec::new(),
         });

@@ -46,8 +46,7 @@ impl Case<'_> {
 /// Mentions a parameter that ran into its bound.
 fn at_bound(r: &Replacement) -> String {
     let hypothesis = &r.set.hypothesis;
-    let items = hypothesis.items.iter().enumerate();
-    let own = items.filter(|(_, item)| r.effects.contains(&item.effect));
+    let own = hypothesis.items.iter().enumerate().filter(|(_, item)| r.effects.contains(&item.effect));
     let parameters = own.flat_map(|(k, item)| {
         let values = hypothesis.values(k, &r.set.fit.x);
         let parameters = item.effect.parameters.iter().zip(values);

@@ -154,15 +154,13 @@ pub fn best<'a>(sets: impl IntoIterator<Item = Set<'a>>) -> Option<Set<'a>> {
 /// The set as it is, and with each width of its dead zone narrowed in steps, one side at a time and both together.
 fn narrowed<'a>(set: &Set<'a>) -> Vec<Set<'a>> {
     let is_zone = |it: &Item| it.effect.family == Family::DeadZone;
-    let Some(zone) = set.hypothesis.items.iter().position(is_zone) else {
-        return vec![set.clone()];
-    };
+    let mut all = vec![set.clone()];
+    let Some(zone) = set.hypothesis.items.iter().position(is_zone) else { return all };
     let effect = set.hypothesis.items[zone].effect;
     let widths: Vec<usize> = (0..effect.parameters.len())
         .filter(|k| effect.parameters[*k].default.is_none())
         .filter_map(|k| set.hypothesis.slot(zone, k))
         .collect();
-    let mut all = vec![set.clone()];
     for share in NARROWED {
         for which in 1..1 << widths.len() {
             let mut narrow = set.clone();

@@ -77,9 +77,7 @@ fn scatter(input: &[f64], speed: &[f64], turned: bool) -> f64 {
     let mut rows: Vec<usize> = (0..input.len()).collect();
     by_least(&mut rows, |k| (*k as f64 * GOLDEN).fract());
     let mut pairs: Vec<(f64, f64, usize)> = rows.into_iter().map(|k| (input[k], speed[k], k)).collect();
-    if turned {
-        pairs.extend((0..input.len()).map(|k| (-input[k], -speed[k], k)));
-    }
+    pairs.extend((0..input.len()).filter(|_| turned).map(|k| (-input[k], -speed[k], k)));
     by_least(&mut pairs, |it| it.0);
     let mut squares = Vec::new();
     for place in 1..pairs.len() - 1 {

@@ -142,10 +142,9 @@ impl Column {
         Self {
             name: cells.header[index].clone(),
             seems: seems.or_else(|| plan.meanings[index].map(|meaning| meaning.in_words())),
-            state: match (used, proposed) {
-                (Some(_), _) => State::Read,
-                (None, Some(_)) => State::Proposed,
-                (None, None) => State::Unused,
+            state: match used {
+                Some(_) => State::Read,
+                None => proposed.map_or(State::Unused, |_| State::Proposed),
             },
             min: extent.map(|extent| extent.min),
             max: extent.map(|extent| extent.max),

@@ -54,8 +54,7 @@ pub fn joined(run: &mut Run, same: impl Fn(usize, usize) -> bool) -> Option<(Vec
 
 /// The mean of the held input from each of these rows to the next one.
 fn held(run: &Run, rows: &[usize], same: &impl Fn(usize, usize) -> bool) -> Vec<f64> {
-    let (mut means, mut level) = (vec![f64::NAN; run.rows()], f64::NAN);
-    let mut next = 0;
+    let (mut means, mut level, mut next) = (vec![f64::NAN; run.rows()], f64::NAN, 0);
     for (k, &row) in rows.iter().enumerate() {
         let until = rows.get(k + 1).copied().filter(|until| same(row, *until));
         let (mut area, mut from) = (0.0, run.t_s[row]);

@@ -215,12 +215,8 @@ impl<'a> File<'a> {
             let remedy = "is not used, because [sensors] speed does not say where the window lies: write speed = \"encoder_difference_centred\" or \"encoder_difference_causal\"";
             self.note("sensors", "speed_window_s", remedy);
         }
-        Sensors {
-            speed,
-            speed_window_s,
-            current_logged: section.flag("current_logged"),
-            vbus_logged: section.flag("vbus_logged"),
-        }
+        let (current_logged, vbus_logged) = (section.flag("current_logged"), section.flag("vbus_logged"));
+        Sensors { speed, speed_window_s, current_logged, vbus_logged }
     }
 
     fn known(&'a self, root: &Table, linear: bool) -> Vec<Known> {

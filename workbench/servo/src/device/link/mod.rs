@@ -128,8 +128,7 @@ impl Client {
             return Err(InputError("interrupted".into()));
         }
         let turned = self.wire.turn(&mut self.outgoing, &mut self.incoming);
-        self.lost |= turned.is_err();
-        turned?;
+        turned.inspect_err(|_| self.lost = true)?;
         for byte in self.incoming.drain(..) {
             match self.receiver.push(byte) {
                 Some(Ok(frame)) => {
