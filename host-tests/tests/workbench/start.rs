@@ -442,6 +442,43 @@ fn a_linear_axis_and_a_torque_lead_to_a_verdict() {
     assert_ne!(outcome["verdict"], "insufficient_excitation", "{outcome}");
 }
 
+/// Angles alone, in one direction, and half of the levels do not start the motor: a load would explain the levels that do, and move the motor where
+/// it stood.
+#[test]
+fn a_motor_that_stood_is_not_moved_by_a_named_load() {
+    let desk = Desk::new(&levels(&[0.2, 0.5, 0.7, 0.9, 1.2, 0.4, 1.6, 2.0]));
+    desk.start("", &[]);
+    let [model, json, held_out] =
+        ["model.toml", "gap.json", "other.csv"].map(|name| desk.path(name).display().to_string());
+    std::fs::write(&held_out, levels(&[0.3, 0.6, 1.0, 0.7, 1.4, 1.8])).unwrap();
+    desk.run("gap", &["--model", &model, "--holdout", &held_out, "--json", &json]).unwrap();
+    let outcome: serde_json::Value = serde_json::from_str(&std::fs::read_to_string(&json).unwrap()).unwrap();
+    let names = names(&outcome);
+    assert!(names.iter().any(|name| name.contains("friction") || name.contains("dead_zone")), "{names:?}");
+    assert!(!names.iter().any(|name| ["constant_load", "voltage_offset"].contains(name)), "{names:?}");
+    let position = &outcome["position"];
+    assert!(position["rmse_after"].as_f64().unwrap() < 0.02, "{position}");
+}
+
+/// The angles of a motor with friction, in counts: each level for 1.5 s, then a second without voltage.
+fn levels(levels: &[f64]) -> String {
+    let (friction, breakaway, gain, tau) = (0.6_f64, 0.8_f64, 8.0_f64, 0.15_f64);
+    let (mut omega, mut theta) = (0.0_f64, 0.0_f64);
+    let mut text = String::from("t_s,u_v,theta_rad\n");
+    for row in 0..250 * levels.len() {
+        let volts = if row % 250 < 150 { levels[row / 250] } else { 0.0 };
+        let count = (theta * 1024.0 / TAU).floor() * TAU / 1024.0;
+        let _ = writeln!(text, "{:.2},{volts},{count:.6}", 0.01 * row as f64);
+        for _ in 0..20 {
+            let starts = omega > 0.0 || volts > breakaway;
+            let pull = if starts { gain * (volts - friction) - omega } else { 0.0 };
+            omega = (omega + 5e-4 * pull / tau).max(0.0);
+            theta += 5e-4 * omega;
+        }
+    }
+    text
+}
+
 #[test]
 fn what_no_fit_shows_is_no_name() {
     // A ramp in whole turns a minute, and nothing hidden.

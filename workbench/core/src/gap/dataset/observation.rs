@@ -17,6 +17,8 @@ const LONGEST_BLOCK: f64 = 1.0 / 40.0;
 pub(super) struct Observation {
     sensor: SpeedSensor,
     pub(super) window_s: f64,
+    /// Step of the encoder, as it is declared or as a position shows it, rad or m; 0: neither.
+    pub(super) step: f64,
     /// Rows per block.
     pub(super) thinning: usize,
     /// Rows over which a position is differenced, when the speed is derived from it.
@@ -35,6 +37,7 @@ impl Observation {
         let mut observation = Self {
             sensor: model.sensors.speed,
             window_s: model.sensors.speed_window_s,
+            step: model.encoder.filter(|_| !log.linear).map_or(0.0, |encoder| TAU / encoder.counts_per_rev),
             thinning,
             derived_rows: None,
             way_s: None,
@@ -47,7 +50,7 @@ impl Observation {
                 .push(format!("{} rows are taken together in blocks of {thinning} for the fits", log.rows()));
         }
         if log.runs.iter().any(|run| run.speed.is_none()) {
-            observation.derive(model, log, scales, sample);
+            observation.derive(log, scales, sample);
         } else if observation.windowed() {
             let rows = (observation.window_s / sample).round() as usize;
             observation.noise_lag = if thinning == 1 { rows } else { 0 };
@@ -67,11 +70,11 @@ impl Observation {
 
     /// Speed from position differences: the shortest window, from a 40th to a 6th of the time constant, in which the
     /// encoder's steps stay below 0.3 % of full speed. Where they are far above that, the position is compared.
-    fn derive(&mut self, model: &Model, log: &Dynamic, scales: &Scales, sample: f64) {
-        let encoder = model.encoder.filter(|_| !log.linear);
-        let step = encoder.map_or(0.0, |encoder| TAU / encoder.counts_per_rev / 12f64.sqrt());
+    fn derive(&mut self, log: &Dynamic, scales: &Scales, sample: f64) {
+        self.step =
+            self.step.max(position::seen_step(log.runs.iter().filter_map(|run| run.position.as_deref())));
         let rough = log.runs[0].position.as_ref().map_or(0.0, |position| hf_noise(position, 0));
-        let noise = step.max(rough);
+        let noise = rough.max(self.step / 12f64.sqrt());
         // Noise of 0.3 % of the speed hides little of what is searched for; a window of a sixth of the time constant smooths it by
         // less than a tenth, one of a fortieth by nothing. Chosen by judgement; not studied.
         let wanted = 2f64.sqrt() * noise / (0.003 * scales.speed);

@@ -65,26 +65,22 @@ pub(super) fn noise(runs: &[GridRun], encoder: Option<Encoder>) -> f64 {
     let mut each: Vec<f64> = runs.iter().map(|run| hf_noise(&run.position, 0)).collect();
     // No sensor resolves its travel better than 1 in 100,000 (17 bits). Chosen by judgement; not studied.
     let declared = encoder.map_or(0.0, |encoder| TAU / encoder.counts_per_rev);
-    let step = declared.max(seen_step(runs));
+    let step = declared.max(seen_step(runs.iter().map(|run| &run.position[..])));
     median(&mut each).max(step / 12f64.sqrt()).max(1e-5 * travel(runs))
 }
 
-/// The smallest step between neighbours that is common: of a quantised position all steps are multiples of it.
-fn seen_step(runs: &[GridRun]) -> f64 {
-    let mut steps: Vec<f64> = runs
-        .iter()
-        .flat_map(|run| run.position.windows(2).map(|pair| (pair[1] - pair[0]).abs()))
-        .filter(|step| *step > 1e-9)
-        .collect();
-    if steps.is_empty() {
-        return 0.0;
-    }
-    let rank = steps.len() / 20;
-    let small = *steps.select_nth_unstable_by(rank, f64::total_cmp).1;
-    let multiple = |step: &&f64| ((**step / small).round() * small - **step).abs() < 0.05 * small;
-    let multiples = steps.iter().filter(multiple).count();
+/// The smallest step between neighbours, or one that is common: of a quantised position all steps are multiples of it.
+pub(super) fn seen_step<'a>(positions: impl Iterator<Item = &'a [f64]>) -> f64 {
+    let steps = positions.flat_map(|it| it.windows(2).map(|pair| (pair[1] - pair[0]).abs()));
+    let mut steps: Vec<f64> = steps.filter(|step| *step > 1e-9).collect();
+    steps.sort_unstable_by(f64::total_cmp);
     // Of steps of any size a tenth lies so near to a multiple.
-    if multiples as f64 > 0.9 * steps.len() as f64 { small } else { 0.0 }
+    let is_step = |small: &f64| {
+        let multiple = |step: &&f64| ((**step / small).round() * small - **step).abs() < 0.05 * small;
+        steps.iter().filter(multiple).count() as f64 > 0.9 * steps.len() as f64
+    };
+    let small = steps.iter().take(1).chain(steps.get(steps.len() / 20));
+    small.copied().find(is_step).unwrap_or(0.0)
 }
 
 /// Speeds at the middle of each sample of a run, from the measured positions.

@@ -11,11 +11,10 @@ use super::stretches::Stretches;
 use super::{Dataset, GridRun, Probes, Scales, driven_by};
 use crate::outcome::Searched;
 use crate::system::log::{Dynamic, Input, Run, median};
-use crate::system::model::{Encoder, Kind, Model};
+use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::{Drive, Physics};
 use crate::text::input_error::InputError;
 use std::borrow::{Borrow, Cow};
-use std::f64::consts::TAU;
 
 /// Makes a log and its hold-outs ready: grid, noise, folds. The weights follow from a simulation ([`Dataset::weighed`]).
 pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) -> Result<Dataset, InputError> {
@@ -225,18 +224,17 @@ impl Noise {
         Self {
             speed: match observation.of_position() {
                 true => position::noise(&gridded.runs, encoder),
-                false => Self::of_speed(runs, encoder, observation).max(1e-5 * scales.speed),
+                false => Self::of_speed(runs, observation).max(1e-5 * scales.speed),
             },
             current: compared.then(|| median(&mut currents).max(1e-4 * scales.current)),
         }
     }
 
-    fn of_speed(runs: &[GridRun], encoder: Option<Encoder>, observation: &Observation) -> f64 {
+    fn of_speed(runs: &[GridRun], observation: &Observation) -> f64 {
         let noise = |run: &GridRun| hf_noise(&run.speed.measured, observation.noise_lag);
-        let window_s = observation.window_s;
         // Both ends of a window are rounded to a count.
-        let step = |encoder: Encoder| TAU / encoder.counts_per_rev / (6f64.sqrt() * window_s);
-        let step = encoder.filter(|_| window_s > 0.0).map_or(0.0, step);
+        let window_s = Some(observation.window_s).filter(|window_s| *window_s > 0.0);
+        let step = window_s.map_or(0.0, |window_s| observation.step / (6f64.sqrt() * window_s));
         median(&mut runs.iter().map(noise).collect::<Vec<_>>()).max(step)
     }
 }
