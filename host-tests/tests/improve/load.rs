@@ -59,6 +59,40 @@ fn a_motor_with_gravity_and_friction_follows_several_times_better() {
     assert_eq!(bits(*outside.stored.borrow()), bits(None));
 }
 
+/// The drive adds 0.5 V to every command: the loops get the table's constant for it, and both sides of the friction stay alike.
+#[test]
+fn an_offset_beside_friction_is_held_by_the_constant_of_the_table() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let effects = "[known.coulomb_friction]\nlevel_nm = 0.045\n[known.voltage_offset]\noffset_v = 0.5\n";
+    let servo =
+        HostServo::power_up(Box::new(Builtin::new(&motor(effects), &config(), 3)), config(), &outside);
+    let budgeted = improving::Job { budget_s: 120.0, ..job(None, folder.path()) };
+    let held = Held::new(servo, &outside);
+    let found = improving::run(bench(held), budgeted, &mut |text| println!("{text}")).expect("an end");
+    assert!(found.improved, "{}", found.why);
+    let volt = 32_768.0 / f64::from(config().supply_nominal_v);
+    let constant = f64::from(found.in_force.expect("a set").position_load.constant()) / volt;
+    assert!((constant + 0.5).abs() < 0.05, "{constant} V");
+}
+
+/// No friction holds a shaft that a load of 0.5 V pulls: every run ends far from where the next one begins.
+#[test]
+fn a_shaft_that_a_load_drives_away_is_told() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let effects = "[known.constant_load]\ntorque_nm = 0.0225\n";
+    let servo =
+        HostServo::power_up(Box::new(Builtin::new(&motor(effects), &config(), 3)), config(), &outside);
+    let held = Held::new(servo, &outside);
+    let before = bits(*outside.stored.borrow());
+    let told = match improving::run(bench(held), job(None, folder.path()), &mut |text| println!("{text}")) {
+        Ok(found) => found.why,
+        Err(error) => format!("{error:#}"),
+    };
+    println!("{told}");
+    assert!(told.contains("driven away"), "{told}");
+    assert_eq!(bits(*outside.stored.borrow()), before);
+}
+
 /// A table acts, a line is lost in the middle of a trial: the next command puts it back, and it acts.
 #[test]
 fn an_interruption_puts_a_table_back_and_it_acts() {

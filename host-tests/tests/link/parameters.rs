@@ -243,7 +243,7 @@ fn an_offset_of_the_drive_becomes_the_constant_of_the_table() {
 fn a_lag_and_a_delay_are_part_of_the_time_constant() {
     let (export, _) = exported(
         "[tolerance]\ndefault = 0.01\n[known.actuator_lag]\ntime_constant_s = 0.03\nstanding = \"named\"\n\
-         [known.transport_delay]\ndelay_s = 0.01\nstanding = \"named\"\n",
+         [known.transport_delay]\nseconds = 0.01\nstanding = \"named\"\n",
     );
     assert!(export.left_out.is_empty(), "{:?}", export.left_out);
     let found = export.params.time_constant_s.expect("there");

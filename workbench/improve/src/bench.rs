@@ -1,8 +1,8 @@
 //! A servo on the bench: what is in force on it, and the time that its motor has been under way.
 
-use crate::history::Moment;
 use crate::motions::Motion;
 use crate::shared::Shared;
+use serde::{Deserialize, Serialize};
 use servo::compensate::position_load::PositionLoad;
 use servo::link::protocol::{Command, Message};
 use servo::protect::Fault;
@@ -20,6 +20,24 @@ const STILL_S: f64 = 0.1;
 const LONGEST_REST_S: f64 = 4.0;
 
 const DRIVEN: &str = "the shaft is driven away while the bridge is open: brake it, or take the load off";
+
+/// Host and servo at once: whether the servo was switched off between two of them.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Moment {
+    /// Seconds of 1970 to now.
+    pub second: i64,
+    /// Control ticks since the servo's power-up.
+    pub tick: u32,
+}
+
+impl Moment {
+    /// Is it the same life of the servo? Its ticks have gone on at least as long as the host's clock, to some seconds.
+    pub fn same_life(&self, later: &Self, tick_hz: u32) -> bool {
+        let elapsed = (later.second - self.second) as f64;
+        let apart = f64::from(later.tick) - f64::from(self.tick);
+        apart >= 0.0 && apart / f64::from(tick_hz) > 0.98 * elapsed - 5.0
+    }
+}
 
 /// The servo.
 pub struct Bench {

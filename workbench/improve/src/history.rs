@@ -1,6 +1,7 @@
 //! What was tried on a servo: a line of JSON for each candidate in `history.jsonl`, and what has to be put back if the
 //! program is killed meanwhile.
 
+use crate::bench::Moment;
 use crate::candidate::known;
 use crate::trial::Trial;
 use anyhow::{Context, anyhow};
@@ -198,24 +199,6 @@ pub struct Pending {
     pub candidate: AxisParameters,
     /// When this was noted, on the host and on the servo.
     pub at: Moment,
-}
-
-/// Host and servo at once: whether the servo was switched off between two of them.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Moment {
-    /// Seconds of 1970 to now.
-    pub second: i64,
-    /// Control ticks since the servo's power-up.
-    pub tick: u32,
-}
-
-impl Moment {
-    /// Is it the same life of the servo? Its ticks have gone on at least as long as the host's clock, to some seconds.
-    pub fn same_life(&self, later: &Self, tick_hz: u32) -> bool {
-        let elapsed = (later.second - self.second) as f64;
-        let apart = f64::from(later.tick) - f64::from(self.tick);
-        apart >= 0.0 && apart / f64::from(tick_hz) > 0.98 * elapsed - 5.0
-    }
 }
 
 impl Pending {

@@ -1,6 +1,6 @@
 //! Kinds of outsiders: what acts, and the variables by which a person would describe it.
 
-use super::rig::{Motor, State};
+use super::motor::{Motor, State};
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;

@@ -5,6 +5,7 @@
 //! term without a name must lower the held-out gap. With `--again` the workflow is run again on the extended model.
 
 mod kinds;
+mod motor;
 mod rig;
 
 use evaluation::Results;

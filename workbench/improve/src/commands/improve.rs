@@ -1,7 +1,7 @@
 //! `truing improve`, `truing history` and `truing undo`.
 
-use crate::bench::Bench;
-use crate::history::{self, Entry, Moment};
+use crate::bench::{Bench, Moment};
+use crate::history::{self, Entry};
 use crate::improving::{self, Improved, Job, Stop};
 use crate::motions::{Motion, ability, motions};
 use crate::{candidate, recording, report, trial};

@@ -1,6 +1,5 @@
 //! Voltages and times of a recording, from what is known of the motor; and how far it goes before it stands.
 
-use super::segment::Part;
 use servo::config::Config;
 use servo::identify::estimate::{EstimatesReport, Reported};
 use truing_core::text::input_error::InputError;
@@ -186,11 +185,5 @@ impl Scale {
     /// A voltage from zero takes so long, s.
     pub fn swing_s(&self, volts: f64) -> f64 {
         FULL_SWING_S * volts.abs() / self.supply_v
-    }
-
-    /// A level for so many units of time.
-    pub(super) fn level(&self, share: f64, units: f64) -> Part {
-        let volts = self.volts(share);
-        Part::Drive { from_v: volts, to_v: volts, seconds: units * self.unit_s }
     }
 }

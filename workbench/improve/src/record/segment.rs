@@ -66,6 +66,12 @@ const STAIRS: [f64; 7] = [0.15, 0.35, 0.6, 0.85, 1.0, 0.5, 0.2];
 /// The frequency of the chirp grows by this factor at least, also where the travel asks for a high one to begin with.
 const LEAST_SWEEP: f64 = 3.0;
 
+/// A level for so many units of time.
+fn level(scale: &Scale, share: f64, units: f64) -> Part {
+    let volts = scale.volts(share);
+    Part::Drive { from_v: volts, to_v: volts, seconds: units * scale.unit_s }
+}
+
 impl Segment {
     /// Two slow triangles up and down, to this share of the largest voltage; a negative share begins with the negative side.
     pub fn triangle(scale: &Scale, share: f64) -> Self {
@@ -79,14 +85,14 @@ impl Segment {
     pub fn staircase(scale: &Scale, share: f64) -> Self {
         let stairs = STAIRS.iter().chain(&STAIRS).enumerate();
         let side = |place: usize| if place < STAIRS.len() { share } else { -share };
-        let parts = stairs.map(|(place, level)| scale.level(side(place) * level, 1.6));
+        let parts = stairs.map(|(place, part)| level(scale, side(place) * part, 1.6));
         Self { name: "staircase", parts: parts.collect() }
     }
 
     /// A run-up with this share of the largest voltage, then an open bridge; in both directions.
     pub fn coast_downs(scale: &Scale, share: f64) -> Self {
         let open = Part::Open { seconds: 3.0 * scale.unit_s };
-        let parts = [share, -share].into_iter().flat_map(|share| [scale.level(share, 2.5), open]);
+        let parts = [share, -share].into_iter().flat_map(|share| [level(scale, share, 2.5), open]);
         Self { name: "coast-downs", parts: parts.collect() }
     }
 
@@ -94,7 +100,7 @@ impl Segment {
     pub fn reversals(scale: &Scale, share: f64) -> Self {
         let swing_s = 2.0 * scale.swing_s(scale.volts(share));
         let units = 0.6 + swing_s / scale.unit_s;
-        let parts = (0..8).map(|turn| scale.level(if turn % 2 == 0 { share } else { -share }, units));
+        let parts = (0..8).map(|turn| level(scale, if turn % 2 == 0 { share } else { -share }, units));
         Self { name: "reversals", parts: parts.collect() }
     }
 
@@ -116,7 +122,7 @@ impl Segment {
 
     /// As slow as the dead zone allows, in both directions.
     pub fn crawl(scale: &Scale, share: f64) -> Self {
-        Self { name: "crawl", parts: [share, -share].map(|share| scale.level(share, 3.0)).to_vec() }
+        Self { name: "crawl", parts: [share, -share].map(|share| level(scale, share, 3.0)).to_vec() }
     }
 
     /// Length, s.

@@ -227,7 +227,7 @@ pub fn advice(reason: Reason) -> &'static str {
         Reason::EncoderUnplugged => "the current is that of a motor that turns, yet nothing was counted: check the encoder's cable, its supply and its coupling to the shaft",
         Reason::MotorDisconnected => "voltage was applied and no current flowed: check the motor's leads, its brushes and the bridge's enable line",
         Reason::CurrentLimited => "the current limit held the voltage back before this could be learned: raise limits.current_a by half and repeat",
-        Reason::ChannelMissing => "the count moves the same way under both voltages, or to and fro by one: an encoder channel is missing, or the drive's direction line is loose; check the encoder's A and B, then the direction line",
+        Reason::ChannelMissing => "the count moves the same way under both voltages, or to and fro by one: an encoder channel is missing, the drive's direction line is loose, or a load or an offset turns the shaft; check the encoder's A and B, then the direction line",
         Reason::OneDirection => "the shaft moves in one direction only, under one sign of the voltage: look for a half bridge or PWM line that does not work, and for an end stop at the shaft",
         Reason::DirectionChanged => "the count followed the voltage, and then ran against it: look for a loose wire at the encoder, the motor or the drive's direction line",
         Reason::SupplyNotNominal => "the supply is far from supply.nominal_v: correct it in the axis file, or check the supply and supply.vbus_v_per_lsb",
