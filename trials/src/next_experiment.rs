@@ -6,7 +6,7 @@ use crate::naming::{group, quantile, share};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::error::Error;
-use truing::gap::hypothesis::Hypothesis;
+use truing::gap::fit::hypothesis::Hypothesis;
 use truing::gap::search::{HELD_OUT, Scored, chi2, search, tied};
 use truing::gap::{self, Options, made_ready};
 use truing::outcome::{Outcome, Verdict};

@@ -8,7 +8,7 @@
 use evaluation::Results;
 use std::path::PathBuf;
 use truing::gap::Options;
-use truing::gap::search::ShareLimits;
+use truing::gap::ShareLimits;
 use truing::proving::commands::judge::answer;
 use truing::proving::commands::rig::Rig;
 

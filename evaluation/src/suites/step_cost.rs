@@ -5,15 +5,14 @@
 use evaluation::{Page, Results};
 use std::time::Instant;
 use trials::sets::{middle, motor, ready, reversing};
-use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
-use truing::gap::effort;
-use truing::gap::fit::COARSE;
+use truing::gap::dataset::{COARSE, Compared, Dataset, Part, driven_by, lockstep};
 use truing::system::effects::{
     BACKLASH, COGGING, COULOMB_FRICTION, DEAD_ZONE, Effect, FLEXIBLE_COUPLING, Form, Parameter,
     STRIBECK_FRICTION,
 };
 use truing::system::log::Input;
 use truing::system::model::Model;
+use truing::system::plant::effort;
 use truing::system::plant::physics::Physics;
 
 /// Measures nanoseconds an inner step and parameter set.

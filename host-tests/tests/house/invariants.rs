@@ -65,7 +65,7 @@ fn the_core_opens_no_file() {
         let opens =
             ["std::fs", "std::path", "std::env", "stdin"].into_iter().find(|word| text.contains(word));
         assert_eq!(opens, None, "{}", path.display());
-        let pool = path.ends_with("gap/threads/pool.rs");
+        let pool = path.ends_with("system/threads/pool.rs");
         assert!(pool || !text.contains("rayon::"), "{} needs a pool of threads", path.display());
     }
 }

@@ -1,6 +1,10 @@
 //! The documents stay short, and what follows from other files is as those files say.
 
 use crate::documents::{collect, root, text};
+use crate::figures::figures;
+use house::body::{self, Function};
+use house::figures::functions;
+use house::parts::Part;
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -75,6 +79,24 @@ fn cost_tables_are_those_of_the_budget() {
     let ticks = table(part("instructions"), ", ", &["average", "worst"], "control rate and activity");
     holds("docs/results/cost.md", "instructions", &ticks);
     holds("docs/results/cost.md", "size", &table(part("size"), " ", &["flash", "ram", "stack"], "image"));
+}
+
+#[test]
+fn the_figures_of_the_map_are_those_of_the_sources() {
+    let figures = figures();
+    let mut map = String::from("\n| part | lines, k | body |\n|---|---|---|\n");
+    let tested = ["tests", "trials", "evaluation", "tools", "xtask"];
+    let (tests, doors): (Vec<&Part>, Vec<&Part>) =
+        figures.rest.iter().partition(|part| tested.contains(&part.name));
+    let rows = figures.product.iter().map(|part| (part.name, vec![part]));
+    for (name, parts) in rows.chain([("other crates of `workbench/`", doors), ("tests and tools", tests)]) {
+        let lines: usize = parts.iter().map(|part| part.code()).sum();
+        let bodies: Vec<Function> = parts.iter().flat_map(|part| functions(part)).collect();
+        let [median, most, longest] = body::spread(&bodies).expect("functions");
+        let _ = writeln!(map, "| {name} | {:.0} | {median}/{most}/{longest} |", lines as f64 / 1000.0);
+    }
+    map.push('\n');
+    holds("docs/architecture.md", "figures", &map);
 }
 
 /// A row for each subject of `figures`, whose keys are a subject, `between` and one of `columns`.

@@ -2,8 +2,7 @@
 
 use servo::axis::Bridge;
 use trials::sets::{middle, motor, ready, reversing};
-use truing::gap::dataset::{Compared, Dataset, Part, driven_by, lockstep};
-use truing::gap::fit::{COARSE, FINE};
+use truing::gap::dataset::{COARSE, Compared, Dataset, FINE, Part, driven_by, lockstep};
 use truing::system::effects::{Effect, LIBRARY};
 use truing::system::log::{Input, Run};
 use truing::system::model::Model;

@@ -22,9 +22,11 @@ pub struct Package {
 }
 
 impl Package {
-    /// Reads who uses whom in `folder`. `name`: what the package is called in its own programs.
+    /// Reads who uses whom in `folder`. `name`: what the package is called in its own programs; of a room, with its path behind.
     pub fn of(folder: &str, name: &str, sources: &[&Source]) -> Self {
         let folder = Path::new(folder);
+        let (name, room) =
+            name.split_once("::").map_or((name, None), |(name, room)| (name, Some(room.to_owned())));
         let modules: BTreeMap<Names, &Path> =
             sources.iter().map(|source| (module(&source.path, folder), source.path.as_path())).collect();
         let mut package = Self {
@@ -35,7 +37,8 @@ impl Package {
         for source in sources {
             let own = module(&source.path, folder);
             for path in paths::of(source, &own, name) {
-                package.add(source, &own, &path, &modules);
+                let inside = path.strip_prefix(room.as_slice()).unwrap_or(&path);
+                package.add(source, &own, inside, &modules);
             }
         }
         package

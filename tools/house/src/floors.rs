@@ -8,14 +8,24 @@ use crate::arrows::Package;
 pub type Floors = &'static [&'static [&'static str]];
 
 /// The packages with rooms: folder, name, floors. Of the packages each may use those above it in this list; cargo sees to that.
-pub const PACKAGES: [(&str, &str, Floors); 7] = [
+pub const PACKAGES: [(&str, &str, Floors); 8] = [
     ("src", "servo", CHIP),
     ("workbench/core/src", "truing_core", &[&["text"], &["outcome"], &["system"], &["gap"]]),
+    ("workbench/core/src/gap", "truing_core::gap", GAP),
     ("workbench/files/src", "truing_files", &[&["log", "model"]]),
     ("workbench/report/src", "truing_report", &[&["console"], &["report"]]),
     ("workbench/servo/src", "truing_servo", &[&["device"], &["commands"]]),
     ("workbench/proving/src", "proving", &[&["synthetic"], &["commands"]]),
     ("workbench/src", "truing", &[&["cli"]]),
+];
+
+/// Rooms of the host flow; `run` stands above them.
+const GAP: Floors = &[
+    &["beam", "data_sheet", "dataset", "options", "order", "residual"],
+    &["examine", "fit"],
+    &["acceptance", "experiment", "plots", "torque"],
+    &["remainder", "search", "tables"],
+    &["record", "start_values", "time_base"],
 ];
 
 /// Rooms of `src`: the library, then the image.

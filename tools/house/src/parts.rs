@@ -88,5 +88,5 @@ fn declared(root: &Path) -> Result<Vec<String>> {
 pub fn top_room(path: &Path, folder: &Path) -> Option<String> {
     let first = path.strip_prefix(folder).ok()?.iter().next()?;
     let name = first.to_str()?.trim_end_matches(".rs");
-    (!["lib", "main"].contains(&name)).then(|| name.to_owned())
+    (!["lib", "main", "mod"].contains(&name)).then(|| name.to_owned())
 }

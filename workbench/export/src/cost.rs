@@ -1,8 +1,7 @@
 //! What the loss of an effect costs on a log: both models run on its input, and their speeds are compared.
 
 use anyhow::ensure;
-use truing_core::gap::dataset::{GridRun, Traces, driven_by};
-use truing_core::gap::fit::FINE;
+use truing_core::gap::dataset::{FINE, GridRun, Traces, driven_by};
 use truing_core::system::effects::Effect;
 use truing_core::system::log::Dynamic;
 use truing_core::system::model::Model;

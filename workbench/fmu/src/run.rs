@@ -6,8 +6,7 @@
 
 use servo::axis::Bridge;
 use std::collections::VecDeque;
-use truing_core::gap::dataset::pieces;
-use truing_core::gap::fit::FINE;
+use truing_core::gap::dataset::{FINE, pieces};
 use truing_core::system::plant::dynamics::{Coefficients, Dynamics};
 use truing_core::system::plant::features::Features;
 use truing_core::system::plant::laws::{Acts, Law, TorqueLaw};

@@ -9,8 +9,7 @@ use servo::axis::Bridge;
 use std::collections::BTreeMap;
 use std::io::{Cursor, Read};
 use std::path::Path;
-use truing_core::gap::dataset::{GridRun, Scales, Traces};
-use truing_core::gap::fit::FINE;
+use truing_core::gap::dataset::{FINE, GridRun, Scales, Traces};
 use truing_core::system::effects::{
     ACTUATOR_LAG, BACKLASH, CONSTANT_LOAD, COULOMB_FRICTION, Effect, LIBRARY, Meaning, STRIBECK_FRICTION,
     SUPPLY_SAG, THERMAL_RESISTANCE, TRANSPORT_DELAY,

@@ -3,8 +3,7 @@
 use clap::Args;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
-use truing_core::gap::dataset::{GridRun, Traces, driven_by};
-use truing_core::gap::fit::FINE;
+use truing_core::gap::dataset::{FINE, GridRun, Traces, driven_by};
 use truing_files::log::{self, Columns, Dynamic, Log};
 use truing_files::model::{self, Model};
 use truing_report::console::files::Files;

@@ -1,15 +1,14 @@
 //! What to measure next: both rivals are simulated on a catalogue of runs, and the run on which they differ most is
 //! recommended.
 
-use crate::gap::dataset::{Dataset, GridRun, Traces};
-use crate::gap::fit::FINE;
-use crate::gap::initial_guesses::span;
+use crate::gap::dataset::{Dataset, FINE, GridRun, Traces};
+use crate::gap::fit::initial_guesses::span;
+use crate::gap::fit::scored::Scored;
 use crate::gap::residual::rms;
-use crate::gap::scored::Scored;
-use crate::gap::threads::*;
 use crate::outcome::{Experiment, Segment};
 use crate::system::log::Input;
 use crate::system::model::Kind;
+use crate::system::threads::*;
 use crate::text::figures::figure;
 
 /// Samples per time constant of a simulated experiment. Chosen by judgement; not studied.

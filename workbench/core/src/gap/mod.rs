@@ -7,63 +7,35 @@
 
 pub mod acceptance;
 pub mod beam;
-mod curve;
 mod data_sheet;
 pub mod dataset;
-pub mod effort;
-pub mod estimate;
 pub mod examine;
-pub mod excitation;
 pub mod experiment;
-mod extend;
 pub mod fit;
-pub mod hypothesis;
-pub mod initial_guesses;
-pub mod jacobian;
+mod options;
 mod order;
 pub mod plots;
-pub mod prediction;
-pub mod problem;
 pub mod record;
 pub mod remainder;
 pub mod residual;
-pub mod samples;
-pub mod scored;
 pub mod search;
-pub mod sentences;
-mod sides;
-pub mod solver;
 pub mod start_values;
 pub mod tables;
-mod threads;
 pub mod time_base;
 mod torque;
-pub mod verdict;
 
 use crate::gap::examine::Right;
-use crate::gap::search::{Progress, ShareLimits};
+use crate::gap::search::Progress;
 use crate::outcome::Outcome;
 use crate::system::log::{Dynamic, Log, Table};
 use crate::system::model::Model;
+use crate::system::threads::join;
 use crate::text::input_error::InputError;
 use std::borrow::Cow;
-use threads::join;
 
+pub use options::{Options, ShareLimits};
 pub use record::made_ready;
 pub use start_values::completed;
-
-/// What the user may choose.
-#[derive(Clone, Debug, Default)]
-pub struct Options {
-    /// Effects that are not offered to a record.
-    pub without: Vec<String>,
-    /// Records that are only predicted, at the very end: the held-out records may refuse names, these choose nothing.
-    pub finals: Vec<Dynamic>,
-    /// Limits of the search for a model that is a fit to the log.
-    pub limits: ShareLimits,
-    /// Go on although the files look wrong; what was found is told as a note.
-    pub accept_data: bool,
-}
 
 /// Finds where model and log disagree, names what is missing and predicts the held-out data with it. A record whose rows
 /// are so far apart that each shows a settled speed is taken as a table.

@@ -1,5 +1,7 @@
 //! Measured minus simulated: metrics and the structure of what is left.
 
+use nalgebra::{DMatrix, DVector};
+
 /// Root of the mean square.
 pub fn rms(values: &[f64]) -> f64 {
     (values.iter().map(|v| v * v).sum::<f64>() / values.len().max(1) as f64).sqrt()
@@ -37,4 +39,15 @@ fn block_ratio(residuals: &[f64], length: usize, mean_square: f64) -> f64 {
     }
     let means: f64 = blocks.map(|block| (block.iter().sum::<f64>() / length as f64).powi(2)).sum();
     means / count as f64 * length as f64 / mean_square
+}
+
+/// Weights of the best sum of `parts` and a constant, and the rms of what it leaves of `values`, relative to their variation.
+pub fn best_sum(parts: &[Vec<f64>], values: &[f64]) -> Option<(DVector<f64>, f64)> {
+    let values = DVector::from_column_slice(values);
+    let part = |row: usize, column: usize| parts.get(column).map_or(1.0, |part| part[row]);
+    let matrix = DMatrix::from_fn(values.len(), parts.len() + 1, part);
+    let variation = values.add_scalar(-values.mean()).norm();
+    let weights = matrix.clone().svd(true, true).solve(&values, 1e-9 * matrix.norm()).ok()?;
+    let left = (values - matrix * &weights).norm() / variation;
+    (variation > 0.0).then_some((weights, left))
 }

@@ -5,11 +5,11 @@
 //! or of the one before; read in milliseconds they follow the model's response to the input. The better reading is right.
 //! A record whose `[log] sample_hz` agrees with its time column is believed.
 
+use crate::gap::residual::best_sum;
 use crate::gap::tables;
 use crate::system::log::{Columns, Dynamic, Run};
 use crate::system::model::Model;
 use crate::text::input_error::InputError;
-use nalgebra::{DMatrix, DVector};
 
 /// What a logger may have written instead of seconds.
 const BASES: [(&str, f64); 2] = [("ms", 1e-3), ("µs", 1e-6)];
@@ -136,15 +136,4 @@ fn bends(input: &[f64]) -> Vec<Vec<f64>> {
 /// Rms of what the best sum of `parts` and a constant leaves of `speed`, relative to the speed's variation.
 fn unexplained(parts: &[Vec<f64>], speed: &[f64]) -> f64 {
     best_sum(parts, speed).map_or(1.0, |(_, left)| left)
-}
-
-/// Weights of the best sum of `parts` and a constant, and the rms of what it leaves of `values`, relative to their variation.
-pub fn best_sum(parts: &[Vec<f64>], values: &[f64]) -> Option<(DVector<f64>, f64)> {
-    let values = DVector::from_column_slice(values);
-    let part = |row: usize, column: usize| parts.get(column).map_or(1.0, |part| part[row]);
-    let matrix = DMatrix::from_fn(values.len(), parts.len() + 1, part);
-    let variation = values.add_scalar(-values.mean()).norm();
-    let weights = matrix.clone().svd(true, true).solve(&values, 1e-9 * matrix.norm()).ok()?;
-    let left = (values - matrix * &weights).norm() / variation;
-    (variation > 0.0).then_some((weights, left))
 }

@@ -3,8 +3,8 @@
 //! Without a measured current a log shows friction in volts at the terminals, level·R/Kt, and in rad/s², level/J. The torque itself
 //! follows from what the model file says of R, Kt and J, and is as uncertain as they are.
 
-use crate::gap::hypothesis::{Data, is_open};
-use crate::gap::scored::Scored;
+use crate::gap::fit::hypothesis::{Data, is_open};
+use crate::gap::fit::scored::Scored;
 use crate::outcome::Value;
 use crate::outcome::volts;
 use crate::system::model::Kind;

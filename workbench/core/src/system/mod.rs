@@ -5,3 +5,4 @@ pub mod effects;
 pub mod log;
 pub mod model;
 pub mod plant;
+pub mod threads;

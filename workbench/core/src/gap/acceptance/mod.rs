@@ -3,18 +3,15 @@
 //! A set of names earns its place beside a smaller one if it explains more than its further names cost, if that is large
 //! enough to be a physical effect, and if it is confirmed where it was not fitted. What explaining means depends on the
 //! data: over a record it is measured by the [noise], for a model that is itself a fit to the log by [shares](residual_share) of the
-//! residual, and over a table of settled speeds by the [table]'s own scatter.
+//! residual, and over a table of settled speeds by the [table](crate::gap::tables)'s own scatter.
 
-mod limits;
 pub mod noise;
+pub mod prediction;
 pub mod residual_share;
-pub mod table;
 
-pub use limits::ShareLimits;
-
-use crate::gap::hypothesis::Data;
+use crate::gap::fit::hypothesis::Data;
+use crate::gap::fit::scored::Scored;
 use crate::gap::order::by_least;
-use crate::gap::scored::Scored;
 
 /// Gain that a name must bring, in twice the logarithm of the likelihood: χ² over a record, n·ln(mean square) over a
 /// table, whose noise is unknown. Origin: the evidence of 2 in the log-likelihood that Kass and Raftery (J. Am. Stat.

@@ -2,12 +2,12 @@
 
 use super::{Evidence, Weighed, price};
 use crate::gap::dataset::{Dataset, Part};
+use crate::gap::fit::hypothesis::{Item, tolerance};
+use crate::gap::fit::initial_guesses::Basis;
+use crate::gap::fit::scored::{Scored, chi2, dispersion, dispersion_on};
 use crate::gap::fit::{FINAL, SEARCH, Setting, fit};
-use crate::gap::hypothesis::{Item, tolerance};
-use crate::gap::initial_guesses::Basis;
-use crate::gap::scored::{Scored, chi2, dispersion, dispersion_on};
-use crate::gap::threads::{join, of_each};
 use crate::system::effects::Effect;
+use crate::system::threads::{join, of_each};
 use std::sync::OnceLock;
 
 /// Smallest visibility of an effect: the rms change of the prediction over the noise. At a tenth and less nothing can

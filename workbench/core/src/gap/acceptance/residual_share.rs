@@ -5,11 +5,11 @@
 
 use super::noise::{VALIDATED, cross_validated, stands_out};
 use super::{Evidence, Weighed};
+use crate::gap::acceptance::prediction::held_out_variation;
 use crate::gap::dataset::Dataset;
 use crate::gap::fit::SEARCH;
-use crate::gap::prediction::held_out_variation;
+use crate::gap::fit::scored::{Scored, compared};
 use crate::gap::residual::inflation;
-use crate::gap::scored::{Scored, compared};
 use crate::system::effects::{Meaning, Starts};
 use std::f64::consts::TAU;
 use std::sync::OnceLock;

@@ -4,9 +4,9 @@ use super::observation::Observation;
 use super::prepare::{Start, started};
 use super::stretches::Stretches;
 use super::{Dataset, GridRun, Simulation, driven_by};
-use crate::gap::threads::of_each;
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
+use crate::system::threads::of_each;
 
 /// The records behind a dataset that holds stretches of them.
 pub struct FullPass<'a> {

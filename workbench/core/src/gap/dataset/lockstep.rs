@@ -4,12 +4,12 @@ use super::applied_input::AppliedInput;
 use super::run::GridRun;
 use super::simulate::{Detail, Keep, Simulation};
 use super::{Part, Probes};
-use crate::gap::effort;
-use crate::gap::threads::*;
+use crate::system::plant::effort;
 use crate::system::plant::features::{Features, alike};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::simd::{Lanes, Pair, Register};
 use crate::system::plant::state::State;
+use crate::system::threads::*;
 use pulp::{Arch, Simd, WithSimd};
 use std::cell::Cell;
 

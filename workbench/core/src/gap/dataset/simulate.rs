@@ -2,8 +2,8 @@
 
 use super::applied_input::AppliedInput;
 use super::run::GridRun;
-use crate::gap::effort;
 use crate::system::plant::dynamics::Dynamics;
+use crate::system::plant::effort;
 use crate::system::plant::features::Features;
 use crate::system::plant::physics::{Drive, Physics};
 use crate::system::plant::simd::Lanes;

@@ -1,7 +1,7 @@
 //! Whether a run was in motion when its record began.
 
 use super::{GridRun, Simulation};
-use crate::gap::fit::COARSE;
+use crate::gap::dataset::COARSE;
 use crate::system::plant::physics::Physics;
 
 /// Speed at the start from a line through the first samples. A run moves at its start only if its first sample does, and

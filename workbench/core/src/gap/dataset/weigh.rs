@@ -4,7 +4,7 @@
 //! are wrong in every log, so they belong to the weights.
 
 use super::{Dataset, GridRun, Part, Probes, Simulation};
-use crate::gap::fit::{COARSE, FINE};
+use crate::gap::dataset::{COARSE, FINE};
 use crate::system::plant::physics::Physics;
 
 /// Timing error as a part of the sample period. Chosen by judgement; not studied.

@@ -1,9 +1,9 @@
 //! What a first-order motion explains of a record, with friction, a constant load, gravity and a spring left free.
 
 use super::stretch::{FORCES, Stretch, TAKEN, driven};
-use crate::gap::threads::*;
 use crate::system::log::{Dynamic, Input, median};
 use crate::system::model::Kind;
+use crate::system::threads::*;
 use nalgebra::{DMatrix, DVector};
 
 /// Rows that are looked at. A budget of computing time, chosen by judgement.

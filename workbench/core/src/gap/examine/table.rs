@@ -3,7 +3,7 @@
 use super::motion::GAIN;
 use super::suspects::scales;
 use super::{ENOUGH, clearly};
-use crate::gap::time_base;
+use crate::gap::residual::best_sum;
 use crate::outcome::DataFault;
 use crate::system::log::Table;
 use crate::system::model::{Kind, Model};
@@ -52,6 +52,6 @@ pub fn fault(model: &Model, table: &Table) -> Option<DataFault> {
 fn line(table: &Table) -> Option<(f64, f64)> {
     let step = |u: &f64| u.signum() * f64::from(*u != 0.0);
     let steps = table.u_v.iter().map(step).collect();
-    let (weights, left) = time_base::best_sum(&[table.u_v.clone(), steps], &table.omega_rad_s)?;
+    let (weights, left) = best_sum(&[table.u_v.clone(), steps], &table.omega_rad_s)?;
     Some((weights[0], 1.0 - left * left))
 }

@@ -3,11 +3,11 @@
 use super::motion::{Base, Motion};
 use super::rows;
 use super::suspects::speed_column;
-use crate::gap::threads::*;
 use crate::outcome::NamedEffect;
 use crate::system::effects::TRANSPORT_DELAY;
 use crate::system::log::{Dynamic, Log, Run, median};
 use crate::system::model::{Model, SpeedSensor};
+use crate::system::threads::*;
 
 /// An input that stands later than this is another record, s and rows. Chosen by judgement, tried with the others of
 /// `examine`.

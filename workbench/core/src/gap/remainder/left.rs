@@ -2,9 +2,9 @@
 
 use super::structure::Structure;
 use crate::gap::dataset::Part;
+use crate::gap::fit::samples::{Sample, samples};
+use crate::gap::fit::scored::Scored;
 use crate::gap::residual::inflation;
-use crate::gap::samples::{Sample, samples};
-use crate::gap::scored::Scored;
 use crate::system::plant::unnamed::Variable;
 use std::f64::consts::{PI, TAU};
 

@@ -4,9 +4,9 @@ use super::left::Left;
 use super::structure::Structure;
 use super::turn;
 use crate::gap::dataset::Dataset;
+use crate::gap::fit::samples::Sample;
+use crate::gap::fit::scored::Scored;
 use crate::gap::residual::{inflation, rms};
-use crate::gap::samples::Sample;
-use crate::gap::scored::Scored;
 
 /// Mean square beyond the noise, in units of the noise's variance, from which what is left is looked at more closely:
 /// below what a verdict calls left, nobody asks. Chosen by judgement; not studied.

@@ -13,11 +13,11 @@ mod turn;
 mod words;
 
 use crate::gap::acceptance::residual_share::{no_more, sum};
-use crate::gap::scored::Scored;
-use crate::gap::threads::*;
+use crate::gap::fit::scored::Scored;
 use crate::outcome::{Experiment, Plot, UnnamedTerm};
 use crate::system::model::{Kind, Model};
 use crate::system::plant::unnamed::{Acting, Term, Variable};
+use crate::system::threads::*;
 use candidates::{Candidate, told};
 use regression::{Dependence, Regression};
 use track::{Compared, Tracks};

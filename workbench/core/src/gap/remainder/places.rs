@@ -5,9 +5,9 @@
 //! over a time constant. A region is worth telling when it holds much more of the squared torque than of the samples.
 
 use super::words::unit;
-use crate::gap::hypothesis::Hypothesis;
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::samples::Sample;
 use crate::gap::order::by_least;
-use crate::gap::samples::Sample;
 use crate::outcome::Where;
 use crate::system::log::Input;
 use crate::system::model::Kind;

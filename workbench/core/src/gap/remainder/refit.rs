@@ -1,16 +1,16 @@
 //! The table of a term fitted in free run, together with the numbers of the model.
 
 use super::regression::{Dependence, bends};
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::problem::{Problem, dot};
+use crate::gap::fit::scored::Scored;
+use crate::gap::fit::solver::{Schedule, covariance, solve};
 use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH, Setting};
-use crate::gap::hypothesis::Hypothesis;
-use crate::gap::problem::{Problem, dot};
 use crate::gap::residual::inflation;
-use crate::gap::scored::Scored;
-use crate::gap::solver::{Schedule, covariance, solve};
-use crate::gap::threads::*;
 use crate::system::model::{Model, UNNAMED, Unnamed};
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::{Acting, Term};
+use crate::system::threads::*;
 
 /// Steps of the descent on the coarse grid and, from there, on the fine one. A budget of computing time, chosen by
 /// judgement.

@@ -3,12 +3,12 @@
 use super::candidates::Candidate;
 use super::track::{Compared, Tracks};
 use crate::gap::dataset::Part;
-use crate::gap::hypothesis::Hypothesis;
-use crate::gap::problem::dot;
-use crate::gap::scored::Scored;
-use crate::gap::threads::*;
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::problem::dot;
+use crate::gap::fit::scored::Scored;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::{Term, Variable};
+use crate::system::threads::*;
 use nalgebra::{DMatrix, DVector};
 
 /// How much a bend of the table costs beside the data, in units of the mean information of a value: the one that

@@ -5,8 +5,8 @@
 //! added to the model is fitted in free run afterwards.
 
 use crate::gap::dataset::{Part, Traces};
-use crate::gap::hypothesis::Hypothesis;
-use crate::gap::scored::Scored;
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::scored::Scored;
 use crate::system::plant::physics::{Drive, Physics};
 use crate::system::plant::unnamed::{Acting, Moment, Reversal, Term, Variable};
 use nalgebra::DMatrix;

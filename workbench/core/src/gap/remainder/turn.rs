@@ -5,8 +5,8 @@ use super::left::{Left, SAMPLES, explained};
 use super::regression::{Sums, predicted};
 use super::structure::Structure;
 use crate::gap::dataset::Part;
-use crate::gap::threads::of_each;
 use crate::system::plant::laws::{Acts, Law, TorqueLaw};
+use crate::system::threads::of_each;
 use nalgebra::{DMatrix, DVector};
 use std::f64::consts::{FRAC_PI_2, TAU};
 

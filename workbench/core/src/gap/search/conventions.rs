@@ -4,10 +4,10 @@ use super::rounds::Path;
 use super::{Offer, Search};
 use crate::gap::acceptance::residual_share::near;
 use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::Item;
-use crate::gap::scored::Scored;
-use crate::gap::threads::*;
+use crate::gap::fit::hypothesis::Item;
+use crate::gap::fit::scored::Scored;
 use crate::system::effects::{Effect, Family, LAGS, PLAIN_FRICTIONS, RARE_LAG, SHIFTS};
+use crate::system::threads::*;
 
 /// Two descriptions leave the same if one leaves at most so many times the squared error of the other. Chosen by
 /// judgement; not studied.

@@ -4,11 +4,11 @@ use super::Search;
 use super::race::{THIRD_ROUND, looked_at};
 use crate::gap::acceptance::noise::{FineNoise, inside_tolerance};
 use crate::gap::acceptance::{Others, decided, price};
+use crate::gap::fit::hypothesis::Item;
+use crate::gap::fit::scored::{Scored, dispersion, score_with};
 use crate::gap::fit::{FINAL, SEARCH};
-use crate::gap::hypothesis::Item;
-use crate::gap::scored::{Scored, dispersion, score_with};
-use crate::gap::threads::*;
 use crate::system::effects::LIBRARY;
+use crate::system::threads::*;
 
 /// Candidates that are fitted in each exchange of one accepted effect for another: twice as many as a round fits to
 /// the end. A budget of computing time, chosen by judgement.

@@ -11,11 +11,11 @@ use crate::gap::acceptance::noise::{at_floor, cross_validated};
 use crate::gap::acceptance::residual_share::{Joining, Measure, Staying, agreed, near, no_more, sum};
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::Item;
+use crate::gap::fit::hypothesis::Item;
+use crate::gap::fit::scored::{Scored, dispersion};
 use crate::gap::order::by_least;
-use crate::gap::scored::{Scored, dispersion};
-use crate::gap::threads::*;
 use crate::system::effects::{Effect, QUADRATIC_DRAG};
+use crate::system::threads::*;
 use std::cell::OnceCell;
 
 /// Richer forms that one after the other may join. Chosen by judgement; not studied.

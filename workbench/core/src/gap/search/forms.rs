@@ -4,12 +4,12 @@ use super::Search;
 use super::race::looked_at;
 use crate::gap::acceptance::noise::SHARE_OF_GAP;
 use crate::gap::acceptance::price;
+use crate::gap::fit::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::fit::scored::{Scored, dispersion};
 use crate::gap::fit::{FINAL, SEARCH, fit};
-use crate::gap::hypothesis::{Hypothesis, Item, Slot};
-use crate::gap::scored::{Scored, dispersion};
-use crate::gap::threads::*;
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, Family, LIBRARY};
+use crate::system::threads::*;
 
 /// Two sides are called different where their difference is more than this part of their mean. Origin: hidden cases
 /// draw a sixth and more, and nobody would put less into a machine.

@@ -10,10 +10,10 @@ use super::rounds::Path;
 use crate::gap::acceptance;
 use crate::gap::acceptance::noise::{at_floor, far, inside_tolerance};
 use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::Slot;
-use crate::gap::scored::{Scored, dispersion, score_with};
-use crate::gap::threads::of_each;
+use crate::gap::fit::hypothesis::Slot;
+use crate::gap::fit::scored::{Scored, dispersion, score_with};
 use crate::system::effects::{Effect, INERTIA, MOTOR_GAIN, RESISTANCE};
+use crate::system::threads::of_each;
 
 /// Base parameters, the least known first: no label states the inertia, to which the load belongs, while a resistance and a no-load
 /// speed are measured in a minute. Where two of them explain a log equally well the first one is said, and the other is its rival. A

@@ -20,19 +20,18 @@ mod rivals;
 mod rounds;
 mod screening;
 
-pub use crate::gap::acceptance::ShareLimits;
-pub use crate::gap::scored::{HELD_OUT, Scored, chi2, dispersion};
+pub use crate::gap::fit::scored::{HELD_OUT, Scored, chi2, dispersion};
 pub use evolve::scatter;
 pub use rivals::tied;
 
-use crate::gap::Options;
 use crate::gap::dataset::Dataset;
+use crate::gap::fit::hypothesis::{Hypothesis, Item};
+use crate::gap::fit::scored::score_with;
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting};
-use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::scored::score_with;
-use crate::gap::threads::join;
+use crate::gap::options::{Options, ShareLimits};
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
+use crate::system::threads::join;
 use rounds::Path;
 use std::collections::BTreeSet;
 

@@ -6,14 +6,14 @@ use super::screening::{Projector, Start, started};
 use super::{Offer, Search};
 use crate::gap::acceptance::noise::{VISIBLE, at_floor};
 use crate::gap::acceptance::price;
+use crate::gap::fit::hypothesis::{Hypothesis, Item};
+use crate::gap::fit::initial_guesses::Basis;
+use crate::gap::fit::problem::dot;
+use crate::gap::fit::scored::{Scored, rank};
 use crate::gap::fit::{Evaluator, SEARCH, Setting, fit_near};
-use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::initial_guesses::Basis;
 use crate::gap::order::by_least;
-use crate::gap::problem::dot;
-use crate::gap::scored::{Scored, rank};
-use crate::gap::threads::*;
 use crate::system::effects::{Effect, LIBRARY};
+use crate::system::threads::*;
 use std::borrow::{Borrow, BorrowMut};
 
 /// Candidates that are fitted for two iterations, of those with the lowest predicted cost. Origin: a budget of

@@ -2,11 +2,11 @@
 
 use super::Search;
 use crate::gap::acceptance::{self, residual_share::near};
-use crate::gap::hypothesis::{Hypothesis, Item};
+use crate::gap::fit::hypothesis::{Hypothesis, Item};
+use crate::gap::fit::scored::{Scored, dispersion};
 use crate::gap::order::by_least;
-use crate::gap::scored::{Scored, dispersion};
-use crate::gap::threads::of_each;
 use crate::system::effects::Family;
+use crate::system::threads::of_each;
 
 /// Sets within so many times the limit of a tie are fitted on the fine grid, which then decides. Chosen by judgement;
 /// not studied.

@@ -5,7 +5,7 @@ use crate::gap::acceptance::noise::{Noise, at_floor, inside_tolerance};
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
 use crate::gap::fit::SEARCH;
-use crate::gap::scored::{Scored, dispersion};
+use crate::gap::fit::scored::{Scored, dispersion};
 
 /// Sets that are grown side by side: two effects that help only together need a second one. A budget of computing
 /// time, chosen by judgement; the third costs half as much again.

@@ -1,10 +1,10 @@
 //! The predicted cost of a start, before it is fitted: the parent's numbers follow it linearly.
 
+use crate::gap::fit::hypothesis::{Hypothesis, Slot};
+use crate::gap::fit::jacobian::Jacobian;
+use crate::gap::fit::problem::{Problem, dot};
+use crate::gap::fit::scored::Scored;
 use crate::gap::fit::{Evaluator, SEARCH};
-use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::jacobian::Jacobian;
-use crate::gap::problem::{Problem, dot};
-use crate::gap::scored::Scored;
 use nalgebra::DVector;
 
 /// The smallest multiple of a start's change of the residual that its predicted cost may assume: below it the

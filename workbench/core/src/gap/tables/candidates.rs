@@ -1,7 +1,7 @@
 //! Which effects of the library leave a trace in a steady state, and in which forms they are tried.
 
 use super::rows::Rows;
-use crate::gap::hypothesis::{Freedom, Item};
+use crate::gap::fit::hypothesis::{Freedom, Item};
 use crate::system::effects::{Effect, Family, Forms, LIBRARY, Needs, Role};
 use crate::system::model::{Kind, Model};
 use crate::system::plant::physics::Drive;

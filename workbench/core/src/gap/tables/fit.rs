@@ -7,10 +7,10 @@
 
 use super::rows::Rows;
 use crate::gap::fit::Fit;
-use crate::gap::hypothesis::Hypothesis;
-use crate::gap::problem::{Problem, clipped, dot};
-use crate::gap::scored::Scored;
-use crate::gap::solver::{self, Schedule, solve};
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::problem::{Problem, clipped, dot};
+use crate::gap::fit::scored::Scored;
+use crate::gap::fit::solver::{self, Schedule, solve};
 use nalgebra::DMatrix;
 
 /// A set of effects fitted to rows, with its score.

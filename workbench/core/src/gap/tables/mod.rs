@@ -7,6 +7,7 @@
 //! A table shows no dynamics, so many names explain it equally; the verdict then is a tie, with the experiment over time
 //! that separates the names.
 
+mod acceptance;
 mod candidates;
 mod case;
 mod fit;

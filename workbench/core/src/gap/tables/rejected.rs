@@ -3,7 +3,7 @@
 use super::case::{Case, Found};
 use super::rivals::Replacement;
 use super::speed_unit::SpeedUnit;
-use crate::gap::hypothesis::Data;
+use crate::gap::fit::hypothesis::Data;
 use crate::outcome::*;
 use crate::system::effects::DEAD_ZONE;
 

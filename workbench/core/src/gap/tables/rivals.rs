@@ -5,10 +5,10 @@ use super::fit::Set;
 use super::search::best;
 use super::sets::Search;
 use crate::gap::acceptance::{NAME, tied};
-use crate::gap::hypothesis::Item;
+use crate::gap::fit::hypothesis::Item;
 use crate::gap::order::by_least;
-use crate::gap::threads::*;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
+use crate::system::threads::*;
 
 /// Parameters of the motor that can imitate a gain only together; damping, which a data sheet knows least, first.
 static PAIRS: [[&Effect; 2]; 3] =

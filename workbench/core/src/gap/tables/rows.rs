@@ -3,7 +3,7 @@
 
 use super::map;
 use crate::gap::dataset::Scales;
-use crate::gap::hypothesis::{Data, Item, NUISANCE_BOUND, Slot};
+use crate::gap::fit::hypothesis::{Data, Item, NUISANCE_BOUND, Slot};
 use crate::gap::order::by_least;
 use crate::gap::residual::largest;
 use crate::system::effects::{Effect, Family, Parameter, Signal, Starts};

@@ -7,13 +7,13 @@
 use super::candidates::forms;
 use super::fit::Set;
 use super::sets::Search;
-use crate::gap::acceptance::table::OverTable;
 use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
-use crate::gap::hypothesis::{Data, Item};
+use crate::gap::fit::hypothesis::{Data, Item};
 use crate::gap::order::by_least;
-use crate::gap::threads::*;
+use crate::gap::tables::acceptance::OverTable;
 use crate::system::effects::{Effect, Family, Forms, LIBRARY};
+use crate::system::threads::*;
 
 /// Sets kept at each depth: many, because a table of some dozen rows is fitted at once. Chosen by judgement; not
 /// studied.

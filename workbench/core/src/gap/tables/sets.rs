@@ -4,7 +4,7 @@ use super::candidates::{Offer, same_place};
 use super::fit::{Set, best, mean_square};
 use super::rows::Rows;
 use crate::gap::fit::Fit;
-use crate::gap::hypothesis::{Hypothesis, Item, Slot};
+use crate::gap::fit::hypothesis::{Hypothesis, Item, Slot};
 use crate::gap::order::by_least;
 use crate::system::effects::Effect;
 use crate::system::model::Model;

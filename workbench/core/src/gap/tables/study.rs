@@ -5,9 +5,9 @@ use super::map;
 use super::rows::Rows;
 use super::sets::Search;
 use super::speed_unit::SpeedUnit;
-use crate::gap::hypothesis::Item;
+use crate::gap::acceptance::prediction::Prediction;
+use crate::gap::fit::hypothesis::Item;
 use crate::gap::order::by_least;
-use crate::gap::prediction::Prediction;
 use crate::gap::residual::rms;
 use crate::system::plant::physics::Physics;
 

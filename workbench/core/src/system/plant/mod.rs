@@ -4,6 +4,7 @@
 //! form simulates a log; both advance the same [`dynamics::Dynamics`].
 
 pub mod dynamics;
+pub mod effort;
 mod external;
 pub mod features;
 mod formulas;

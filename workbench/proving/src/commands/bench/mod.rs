@@ -12,7 +12,7 @@ use set::Case;
 use std::path::{Path, PathBuf};
 use std::sync::LazyLock;
 use std::time::Instant;
-use truing_core::gap::effort::{self, Work};
+use truing_core::system::plant::effort::{self, Work};
 use truing_report::report::{grade, write_atomically};
 
 /// Above the costs of the cases.

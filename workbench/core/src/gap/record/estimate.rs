@@ -1,15 +1,15 @@
 //! The numbers of a set's effects with their standard deviations, and whether they stand out from nothing.
 
 use crate::gap::dataset::Dataset;
+use crate::gap::fit::hypothesis::{Hypothesis, Item};
+use crate::gap::fit::scored::{Scored, dispersion};
 use crate::gap::fit::{FINAL, SEARCH, Setting, covariance};
-use crate::gap::hypothesis::{Hypothesis, Item};
-use crate::gap::scored::{Scored, dispersion};
 use crate::gap::search::scatter;
-use crate::gap::threads::*;
 use crate::gap::torque::Torque;
 use crate::outcome::volts;
 use crate::outcome::{DEVIATIONS, Value};
 use crate::system::effects::{Meaning, Parameter, Starts};
+use crate::system::threads::*;
 use nalgebra::{DMatrix, DVector};
 
 /// The same for the squared distance of two or three numbers together. Origin: the 99.73 % quantile of χ² with three

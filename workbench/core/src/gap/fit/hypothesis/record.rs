@@ -1,13 +1,12 @@
 //! A record over time as the data of a hypothesis: its nuisances, its base, and the simulation of its runs.
 
 use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
-use crate::gap::dataset::{Dataset, GridRun, Scales, Simulation, Traces, driven_by};
-use crate::gap::fit::FINE;
-use crate::gap::threads::of_each;
+use crate::gap::dataset::{Dataset, FINE, GridRun, Scales, Simulation, Traces, driven_by};
 use crate::system::effects::{Effect, Meaning, OF_SPEED_SENSOR, Parameter, Scale};
 use crate::system::log::Input;
 use crate::system::model::{DRIVE_GAIN, ELECTRICAL, KE, KT, Kind, Model, VISCOUS_V};
 use crate::system::plant::physics::{Drive, Physics};
+use crate::system::threads::of_each;
 use servo::axis::Bridge;
 
 /// How far a base parameter may move, in its tolerances, when the model is the best linear fit to the log and absorbs

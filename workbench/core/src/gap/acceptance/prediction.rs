@@ -1,10 +1,9 @@
 //! Measured values beside those that a hypothesis predicts.
 
-use crate::gap::dataset::{Dataset, FullPass, GridRun, Part};
-use crate::gap::fit::FINE;
-use crate::gap::hypothesis::Hypothesis;
+use crate::gap::dataset::{Dataset, FINE, FullPass, GridRun, Part};
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::scored::Scored;
 use crate::gap::residual::{fit_percent, rms};
-use crate::gap::scored::Scored;
 use crate::outcome::HoldOut;
 use crate::system::plant::physics::Physics;
 

@@ -1,4 +1,20 @@
-//! The shares of the squared error by which names are judged where a model is itself a fit to the log.
+//! What a user may choose of a search, and the shares of the squared error by which names are judged where a model is itself a fit to
+//! the log.
+
+use crate::system::log::Dynamic;
+
+/// What the user may choose.
+#[derive(Clone, Debug, Default)]
+pub struct Options {
+    /// Effects that are not offered to a record.
+    pub without: Vec<String>,
+    /// Records that are only predicted, at the very end: the held-out records may refuse names, these choose nothing.
+    pub finals: Vec<Dynamic>,
+    /// Limits of the search for a model that is a fit to the log.
+    pub limits: ShareLimits,
+    /// Go on although the files look wrong; what was found is told as a note.
+    pub accept_data: bool,
+}
 
 /// Limits of the search by shares. Origin: set on the rigs of `data/rigs/`, and moved in the leave-one-rig-out study (`cargo run -p
 /// evaluation -- leave-one-rig-out`): of 40 rigs 38 were answered as expected, and with one limit lower / higher 38 / 38 (`joins`

@@ -1,9 +1,9 @@
 //! A fitted set and its score.
 
-use crate::gap::dataset::{Dataset, GridRun, Part};
-use crate::gap::fit::{Evaluator, FINE, Fit, SEARCH, Setting, fit};
-use crate::gap::hypothesis::{Data, Hypothesis, Item};
-use crate::gap::problem::{Problem, dot};
+use crate::gap::dataset::{Dataset, FINE, GridRun, Part};
+use crate::gap::fit::hypothesis::{Data, Hypothesis, Item};
+use crate::gap::fit::problem::{Problem, dot};
+use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
 use crate::system::model::Model;
 use crate::system::plant::physics::Physics;
 use std::borrow::BorrowMut;

@@ -1,9 +1,9 @@
 //! The curve of a named effect in its own variable: what acts over the input, friction over the speed, torque over the turn. And in that
 //! variable the place where the effect shows.
 
-use crate::gap::hypothesis::is_open;
-use crate::gap::samples::Sample;
-use crate::gap::scored::Scored;
+use crate::gap::fit::hypothesis::is_open;
+use crate::gap::fit::samples::Sample;
+use crate::gap::fit::scored::Scored;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::effects::{Domain, Effect, Meaning};
 use crate::system::model::Kind;

@@ -1,9 +1,9 @@
 //! Sentences for people.
 
 use crate::gap::search::{Found, Scored};
-use crate::gap::threads::of_each;
 use crate::outcome::{Rival, Step, Tie};
 use crate::system::effects::Effect;
+use crate::system::threads::of_each;
 use crate::text::figures::gap;
 
 /// Why an effect is named.

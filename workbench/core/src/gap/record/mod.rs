@@ -1,23 +1,30 @@
 //! A record over time against a model: prepare → simulate → localise → search → judge → extend.
 
+mod estimate;
+mod excitation;
+mod extend;
+mod sentences;
+mod sides;
+mod verdict;
+
+use crate::gap::acceptance::prediction::Prediction;
 use crate::gap::dataset::{self, Dataset, FullPass, Part, hf_noise, prepare};
-use crate::gap::extend::{Given, Last, extended};
 use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::Slot;
-use crate::gap::prediction::Prediction;
+use crate::gap::fit::hypothesis::Slot;
+use crate::gap::fit::samples::{Sample, samples};
+use crate::gap::options::{Options, ShareLimits};
+use crate::gap::record::extend::{Given, Last, extended};
+use crate::gap::record::verdict::Judged;
 use crate::gap::remainder::look::{sensor_like, twin_pairs};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described, Scope, places};
 use crate::gap::residual::rms;
-use crate::gap::samples::{Sample, samples};
-use crate::gap::search::{Found, Progress, Scored, ShareLimits, base_fit, chi2, search};
-use crate::gap::threads::join;
-use crate::gap::verdict::Judged;
-use crate::gap::{Options, estimate, excitation, verdict};
+use crate::gap::search::{Found, Progress, Scored, base_fit, chi2, search};
 use crate::outcome::{Outcome, Verdict};
 use crate::system::log::Dynamic;
 use crate::system::model::Model;
 use crate::system::plant::physics::Physics;
+use crate::system::threads::join;
 use crate::text::input_error::InputError;
 use std::borrow::Borrow;
 

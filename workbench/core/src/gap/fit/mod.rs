@@ -1,21 +1,21 @@
 //! Fitting one hypothesis by simulation error: least squares on the free-run residual and on the priors.
 //!
-//! Derivatives are taken on a coarse grid, and those of the nuisances follow the steps: see [`super::solver`].
+//! Derivatives are taken on a coarse grid, and those of the nuisances follow the steps: see [`solver`].
 
-use crate::gap::dataset::{Compared, Part, lockstep};
-use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::problem::{Problem, in_registers};
-use crate::gap::solver::{self, Schedule, Solution, solve, solve_near};
+pub mod hypothesis;
+pub mod initial_guesses;
+pub mod jacobian;
+pub mod problem;
+pub mod samples;
+pub mod scored;
+pub mod solver;
+
+use crate::gap::dataset::{COARSE, Compared, FINE, Part, lockstep};
+use crate::gap::fit::hypothesis::{Hypothesis, Slot};
+use crate::gap::fit::problem::{Problem, in_registers};
+use crate::gap::fit::solver::{Schedule, Solution, solve, solve_near};
 use crate::system::plant::physics::Physics;
 use nalgebra::DMatrix;
-
-/// Longest step of the simulation in the search, as a part of the time constant. The shaft's own step is exact: what
-/// bounds it is friction that begins or ends within it, and the current. Origin: decision 0301; half the steps of
-/// 1/45, and no name changed.
-pub const COARSE: f64 = 4.0 / 45.0;
-/// Longest step of the simulation in the final fits, as a part of the time constant. Origin: design cases; at 1/45
-/// the integrator's error beside an effect of a hundred times the noise was a third of the noise.
-pub const FINE: f64 = 1.0 / 180.0;
 
 /// A step that lowers the cost by less than this part of it is slow. Chosen by judgement; not studied.
 const SLOW: f64 = 1e-4;

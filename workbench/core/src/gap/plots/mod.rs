@@ -1,9 +1,11 @@
 //! Curves for the report.
 
+pub mod curve;
+
 use crate::gap::dataset::Part;
-use crate::gap::hypothesis::Hypothesis;
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::samples::Sample;
 use crate::gap::order::by_least;
-use crate::gap::samples::Sample;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use std::collections::BTreeMap;
 

@@ -1,9 +1,9 @@
 //! What it costs to give one number to two sides.
 
-use crate::gap::curve::torque_unit;
 use crate::gap::fit::FINAL;
-use crate::gap::hypothesis::{Item, Slot};
-use crate::gap::scored::{Scored, dispersion};
+use crate::gap::fit::hypothesis::{Item, Slot};
+use crate::gap::fit::scored::{Scored, dispersion};
+use crate::gap::plots::curve::torque_unit;
 use crate::outcome::DEVIATIONS;
 use crate::system::effects::{Effect, LIBRARY};
 use crate::text::figures::percent;

@@ -1,21 +1,22 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
-use crate::gap::curve::{self, Placed};
+use crate::gap::acceptance::prediction::{HeldOut, compared, position_gap};
 use crate::gap::dataset::{Dataset, FullPass};
-use crate::gap::estimate::{self, Estimate, Estimates, Uncertainty};
+use crate::gap::fit::hypothesis::{Hypothesis, Slot};
+use crate::gap::fit::samples::{Sample, seen};
 use crate::gap::fit::{FINAL, Fit};
-use crate::gap::hypothesis::{Hypothesis, Slot};
-use crate::gap::prediction::{HeldOut, compared, position_gap};
+use crate::gap::plots::curve::{self, Placed};
+use crate::gap::record::estimate::{self, Estimate, Estimates, Uncertainty};
+use crate::gap::record::verdict::Judged;
+use crate::gap::record::{excitation, sentences, sides};
 use crate::gap::remainder::{self, Described};
-use crate::gap::samples::{Sample, seen};
 use crate::gap::search::{Found, Scored};
-use crate::gap::threads::*;
-use crate::gap::verdict::Judged;
-use crate::gap::{excitation, experiment, plots, sentences, sides};
+use crate::gap::{experiment, plots};
 use crate::outcome::volts;
 use crate::outcome::*;
 use crate::system::effects::{self, Domain, Effect, Parameter};
 use crate::system::model::Model;
+use crate::system::threads::*;
 use std::collections::BTreeMap;
 
 /// Numbers that moved get a curve of their own where they make the held-out gap so many times smaller: less is not

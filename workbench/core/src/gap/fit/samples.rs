@@ -1,8 +1,7 @@
 //! Measured, simulated and what the model does at each compared sample: what localisation, structure and plots look at.
 
-use crate::gap::dataset::{FullPass, GridRun, Part, Traces};
-use crate::gap::fit::FINE;
-use crate::gap::scored::Scored;
+use crate::gap::dataset::{FINE, FullPass, GridRun, Part, Traces};
+use crate::gap::fit::scored::Scored;
 use crate::system::plant::physics::Physics;
 use crate::system::plant::unnamed::Variable;
 use servo::axis::Bridge;

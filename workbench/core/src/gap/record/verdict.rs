@@ -2,19 +2,20 @@
 
 use crate::gap::acceptance::residual_share::{left_open, no_more, sum};
 use crate::gap::dataset::Part;
-use crate::gap::estimate::{self, Uncertainty};
 use crate::gap::experiment;
 use crate::gap::fit::SEARCH;
-use crate::gap::hypothesis::Item;
+use crate::gap::fit::hypothesis::Item;
+use crate::gap::fit::samples::samples;
+use crate::gap::options::ShareLimits;
+use crate::gap::record::estimate::{self, Uncertainty};
 use crate::gap::remainder::look::{self, Remainder};
 use crate::gap::remainder::structure::Structure;
 use crate::gap::remainder::{self, Described};
-use crate::gap::samples::samples;
-use crate::gap::search::{Found, HELD_OUT, Scored, ShareLimits, chi2, tied};
-use crate::gap::threads::{join, of_each};
+use crate::gap::search::{Found, HELD_OUT, Scored, chi2, tied};
 use crate::outcome::{Experiment, Grade, Small, Tie, Verdict};
 use crate::system::effects::{self, Effect};
 use crate::system::plant::physics::Drive;
+use crate::system::threads::{join, of_each};
 
 /// The judgement on a search.
 pub struct Judged<'a> {

@@ -1,7 +1,7 @@
 //! Names over a table of settled speeds, whose noise is unknown: a mean square must fall.
 
-use super::{Evidence, Weighed, price};
-use crate::gap::scored::Scored;
+use crate::gap::acceptance::{Evidence, Weighed, price};
+use crate::gap::fit::scored::Scored;
 use crate::gap::tables::rows::Rows;
 
 /// The mean square has to fall by this factor, or the effect is not worth a name. Chosen by judgement; not studied.

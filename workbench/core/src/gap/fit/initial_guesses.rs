@@ -1,10 +1,9 @@
 //! From where the fits of a candidate start: its grid, quantiles of a signal, or a scan for a periodic torque.
 
-use crate::gap::dataset::{Dataset, GridRun, Part, Simulation, Traces};
-use crate::gap::fit::COARSE;
-use crate::gap::hypothesis::Hypothesis;
+use crate::gap::dataset::{COARSE, Dataset, GridRun, Part, Simulation, Traces};
+use crate::gap::fit::hypothesis::Hypothesis;
+use crate::gap::fit::problem::in_registers;
 use crate::gap::order::by_least;
-use crate::gap::problem::in_registers;
 use crate::system::effects::{Effect, Scale, Signal, Starts};
 use crate::system::plant::physics::Physics;
 use servo::axis::Bridge;
