@@ -13,6 +13,9 @@ const MATURIN: &str = "maturin==1.16.0";
 const FOR_TESTS: [&str; 9] =
     ["pytest", "mypy", "pandas", "pandas-stubs", "polars", "pyarrow", "matplotlib", "nbclient", "ipykernel"];
 
+/// Runs fleets, and is large: its test is left out where it cannot be had.
+const RAY: &str = "ray>=2.40";
+
 /// Where the project of the package lies.
 fn source() -> PathBuf {
     root().join("workbench").join("python")
@@ -57,6 +60,9 @@ fn test(wheel: &Path) -> Result<()> {
     run(Command::new(&python).args(["-c", "import truing; truing.effects()"]).current_dir(folder()))
         .context("the wheel does not stand alone")?;
     install(&python, &FOR_TESTS.map(OsStr::new))?;
+    if install(&python, &[RAY.as_ref()]).is_err() {
+        println!("skipped: the fleet on {RAY}, which cannot be installed");
+    }
     let mut typed = Command::new(&python);
     typed.args(["-m", "mypy", "--strict", "examples", "tests/test_gap.py"]);
     run(typed.current_dir(source()).env("MYPY_CACHE_DIR", folder().join("mypy")))?;

@@ -33,6 +33,12 @@ fn held(outside: &Outside) -> Held {
     Held::new(HostServo::power_up(Box::new(Shifted(motor)), config(), outside), outside)
 }
 
+/// A servo on the usual motor with these effects.
+fn beside(effects: &str, outside: &Outside) -> Held {
+    let motor = Builtin::new(&motor(effects), &config(), 3);
+    Held::new(HostServo::power_up(Box::new(motor), config(), outside), outside)
+}
+
 #[test]
 fn a_motor_with_gravity_and_friction_follows_several_times_better() {
     let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
@@ -64,11 +70,9 @@ fn a_motor_with_gravity_and_friction_follows_several_times_better() {
 fn an_offset_beside_friction_is_held_by_the_constant_of_the_table() {
     let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
     let effects = "[known.coulomb_friction]\nlevel_nm = 0.045\n[known.voltage_offset]\noffset_v = 0.5\n";
-    let servo =
-        HostServo::power_up(Box::new(Builtin::new(&motor(effects), &config(), 3)), config(), &outside);
     let budgeted = improving::Job { budget_s: 120.0, ..job(None, folder.path()) };
-    let held = Held::new(servo, &outside);
-    let found = improving::run(bench(held), budgeted, &mut |text| println!("{text}")).expect("an end");
+    let found = improving::run(bench(beside(effects, &outside)), budgeted, &mut |text| println!("{text}"))
+        .expect("an end");
     assert!(found.improved, "{}", found.why);
     let volt = 32_768.0 / f64::from(config().supply_nominal_v);
     let constant = f64::from(found.in_force.expect("a set").position_load.constant()) / volt;
@@ -80,11 +84,10 @@ fn an_offset_beside_friction_is_held_by_the_constant_of_the_table() {
 fn a_shaft_that_a_load_drives_away_is_told() {
     let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
     let effects = "[known.constant_load]\ntorque_nm = 0.0225\n";
-    let servo =
-        HostServo::power_up(Box::new(Builtin::new(&motor(effects), &config(), 3)), config(), &outside);
-    let held = Held::new(servo, &outside);
     let before = bits(*outside.stored.borrow());
-    let told = match improving::run(bench(held), job(None, folder.path()), &mut |text| println!("{text}")) {
+    let told = match improving::run(bench(beside(effects, &outside)), job(None, folder.path()), &mut |text| {
+        println!("{text}")
+    }) {
         Ok(found) => found.why,
         Err(error) => format!("{error:#}"),
     };

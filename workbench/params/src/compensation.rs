@@ -9,8 +9,9 @@
 //! u₊ = (zone₊ + drop + friction₊·R/Kt) / gain
 //! ```
 //!
-//! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain. Loops and feed-forward know one time constant, so it holds the sum of all: of inertia, winding, a lag of the drive and
-//! a delay, as a motion that changes slowly sees them.
+//! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain. Loops and feed-forward know
+//! one time constant, so it holds the sum of all: of inertia, winding, a lag of the drive and a delay, as a motion that
+//! changes slowly sees them.
 //!
 //! A number is trusted as on the chip: a dead zone or a saturation whose half width of 95 % is below 12 % of it, gain and
 //! time constant together with the dead zones. And no effect in it may be one name of a tie, or from a verdict that leaves
