@@ -32,6 +32,8 @@ pub fn highest_supply_v(config: &Config) -> f32 {
 macro_rules! lasting {
     ($params:ident, $state:ident, $expectation:ident, $input:ident; $($fault:ident: $holds:expr,)+) => {
         const LASTING: [Fault; [$(Fault::$fault),+].len()] = [$(Fault::$fault),+];
+        // A bit each.
+        const _: () = assert!(LASTING.len() <= u8::BITS as usize);
 
         enum Place {
             $($fault,)+

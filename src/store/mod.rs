@@ -34,9 +34,10 @@ pub const MAX_AXES: usize = 4;
 /// Bytes of a record. Four axes take up to 625 bytes in postcard ([`Estimates::to_store`] sees to it), each sine of a table of the
 /// load 6 more.
 pub const RECORD_LEN: usize = 640;
-/// Layout that this image writes. It came with the load over the place.
-pub const LAYOUT: u16 = 5;
-const _: () = assert!(LATEST <= LAYOUT);
+/// Layout since which a record has the load over the place, which is no setting.
+const WITH_POSITION_LOAD: u16 = 5;
+/// Layout that this image writes: that of the newest setting, or of what else a record holds.
+pub const LAYOUT: u16 = if LATEST > WITH_POSITION_LOAD { LATEST } else { WITH_POSITION_LOAD };
 
 const HEADER_LEN: usize = 8;
 const PAYLOAD_END: usize = RECORD_LEN - 4;

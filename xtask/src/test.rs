@@ -42,6 +42,12 @@ pub fn everything(all: bool) -> Result<()> {
     run(&mut programs::engine_check(setup::BROWSER))?;
     steps.next("packages");
     crate::dist::packages()?;
+    if all {
+        steps.next("the fuzzer of the link");
+        let fuzzer =
+            cargo(&["check", "--manifest-path", "tools/fuzz/Cargo.toml", "--target-dir", "target/fuzz"]);
+        run(&mut { fuzzer })?;
+    }
     steps.next("documentation");
     let packed = programs::packed();
     for selection in if all { looked_at } else { std::slice::from_ref(&packed) } {

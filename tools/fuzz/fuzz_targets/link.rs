@@ -8,6 +8,7 @@
 use arbitrary::Arbitrary;
 use libfuzzer_sys::fuzz_target;
 use servo::axis::{Bridge, Sample};
+use servo::compensate::position_load::PositionLoad;
 use servo::link::capture::Trigger;
 use servo::config::Config;
 use servo::control::Tuning;
@@ -64,6 +65,7 @@ enum Deed {
     Stream { position: i16, speed: i16, acceleration: Option<i16>, ticks: u8 },
     StreamAny { position_rad: f32, speed_rad_s: f32, acceleration_rad_s2: Option<f32>, ticks: u32 },
     Adopt([i32; 6]),
+    PositionLoad { head: u64, numbers: [i32; 6] },
     CaptureArm { before: u16 },
     Ask(u8),
 }
@@ -110,6 +112,14 @@ fn estimates(numbers: &[i32; 6]) -> Estimates {
     Estimates { dead_zone: [a, b], saturation: [c, d], gain: e, time_constant: f, ..Estimates::default() }
 }
 
+/// Any table: as it travels it is a head and four words.
+fn table(head: u64, numbers: &[i32; 6]) -> PositionLoad {
+    let [a, b, c, d, ..] = numbers.map(|number| u64::from(number.unsigned_abs()) << 4);
+    let mut bytes = [0; 64];
+    let bytes = postcard::to_slice(&(head, [a, b, c, d]), &mut bytes).expect("five words fit");
+    postcard::from_bytes(bytes).expect("five words are a table")
+}
+
 impl Deed {
     fn command(&self) -> Command {
         match *self {
@@ -120,6 +130,7 @@ impl Deed {
                 tuning: Tuning { bandwidth, integral: compensation },
                 compensation,
                 protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
+                position_load: table(0, numbers),
             }),
             Deed::Reset => Command::Reset,
             Deed::Arm => Command::Arm,
@@ -149,6 +160,7 @@ impl Deed {
                 Command::Stream(Point { position_rad, speed_rad_s, acceleration_rad_s2, ticks })
             }
             Deed::Adopt(ref numbers) => Command::Adopt(estimates(numbers)),
+            Deed::PositionLoad { head, ref numbers } => Command::PositionLoad(table(head, numbers)),
             Deed::CaptureArm { before } => Command::CaptureArm { trigger: Trigger::Fault, before },
             Deed::Ask(what) => match what % 4 {
                 0 => Command::Hello,
