@@ -7,13 +7,19 @@ use std::path::{Path, PathBuf};
 use truing::system::effects::LIBRARY;
 
 /// Product code.
-const ROOMS: [&str; 12] = [
+const ROOMS: [&str; 18] = [
     "src",
     "workbench/src",
     "workbench/core/src",
     "workbench/files/src",
     "workbench/formats/src",
     "workbench/fleet/src",
+    "workbench/params/src",
+    "workbench/improve/src",
+    "workbench/export/src",
+    "workbench/fmu/src",
+    "workbench/python/src",
+    "workbench/page/src",
     "workbench/report/src",
     "workbench/servo/src",
     "workbench/proving/src",
@@ -26,9 +32,16 @@ const ROOMS: [&str; 12] = [
 const AT_HOME: [&str; 2] = ["workbench/core/src/system/effects", "workbench/core/src/system/model"];
 
 /// Places where such a word means something else, with the reason.
-const OTHER_MEANINGS: [(&str, &str); 1] = [
+const OTHER_MEANINGS: [(&str, &str); 7] = [
     // A kind of table that the evaluation draws: a label beside "offset" and "zone+limit".
     ("evaluation/src/suites/steady_accuracy.rs", "dead_zone"),
+    // Elements and attributes of MJCF and URDF.
+    ("workbench/export/src/held.rs", "resistance"),
+    ("workbench/export/src/held.rs", "inertia"),
+    ("workbench/export/src/held.rs", "cogging"),
+    ("workbench/export/src/import.rs", "resistance"),
+    ("workbench/export/src/import.rs", "inertia"),
+    ("workbench/export/src/urdf.rs", "inertia"),
 ];
 
 fn root() -> PathBuf {

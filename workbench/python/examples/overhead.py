@@ -1,4 +1,4 @@
-"""What a search costs more here than in the command line: `python overhead.py target/release/truing`. Build the program with --release."""
+"""What a search costs more here than in the command line, which is built with --release: `python overhead.py target/release/truing`."""
 
 import os
 import subprocess
@@ -10,7 +10,7 @@ from statistics import median
 
 import truing
 
-CASES = 40
+CASES = 100
 
 if __name__ == "__main__":
     program = str(Path(sys.argv[1]).resolve())
