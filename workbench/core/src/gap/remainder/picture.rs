@@ -3,7 +3,7 @@
 use super::track::{Compared, Tracks};
 use super::words;
 use crate::gap::dataset::Part;
-use crate::gap::fit::samples::samples;
+use crate::gap::fit::samples::{Sample, samples};
 use crate::gap::fit::scored::Scored;
 use crate::outcome::{Curve, Plot, Role, Series, Stage, Style};
 use crate::system::plant::unnamed::{Acting, Moment, Term, Variable};
@@ -77,7 +77,7 @@ fn directions(term: &Term) -> Vec<(f64, &'static str)> {
 }
 
 /// What the plant or the reading lacks at a sample.
-fn missing(term: &Term, sample: &crate::gap::fit::samples::Sample, moment: &Moment, per_unit: f64) -> f64 {
+fn missing(term: &Term, sample: &Sample, moment: &Moment, per_unit: f64) -> f64 {
     match term.acts {
         Acting::Reading if moment.omega.abs() > term.standstill => sample.residual() / moment.omega,
         Acting::Reading => 0.0,

@@ -41,21 +41,19 @@ use study::HeldOut;
 /// Compares a model with a table of settled speeds. Without `holdouts` every second row is held out (every third of a
 /// short table); the parameters that are reported come from all rows. `without`: names of effects that are not offered.
 pub fn run(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) -> Outcome {
-    let inertia = matches!(model.kind, Kind::Inertia { .. });
-    let unsuitable = || "a table of voltages needs a model with a winding: dc_motor or first_order".into();
-    match table::too_poor(log).or_else(|| inertia.then(unsuitable)) {
-        Some(reason) => verdict::insufficient(log, reason),
-        None => analyse(model, log, holdouts, without),
-    }
+    analysed(model, log, holdouts, without).unwrap_or_else(|reason| verdict::insufficient(log, reason))
 }
 
-fn analyse(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) -> Outcome {
+/// The result, or why nothing can be tested.
+fn analysed(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) -> Result<Outcome, String> {
+    table::rich_enough(log)?;
+    if matches!(model.kind, Kind::Inertia { .. }) {
+        return Err("a table of voltages needs a model with a winding: dc_motor or first_order".into());
+    }
     let rows = Rows::of(log, model, !holdouts.is_empty());
     let search = Search { offer: &Offer::new(model, &rows, without), rows: &rows, model };
-    let Some(found) = search.run() else {
-        let reason = "the model has no steady speed for these voltages; check its parameters";
-        return verdict::insufficient(log, reason.into());
-    };
+    let found =
+        search.run().ok_or("the model has no steady speed for these voltages; check its parameters")?;
     let case = Case {
         log,
         search,
@@ -63,7 +61,7 @@ fn analyse(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) -
         held_out: &held_out(&rows, holdouts),
         separate_files: !holdouts.is_empty(),
     };
-    case.outcome(&search.canonical(found))
+    Ok(case.outcome(&search.canonical(found)))
 }
 
 fn held_out<'a>(rows: &'a Rows, holdouts: &'a [Table]) -> HeldOut<'a> {

@@ -6,26 +6,26 @@ use crate::system::log::Table;
 /// for a bend.
 pub const FEWEST_VOLTAGES: usize = 6;
 
-/// Why nothing can be tested, if so.
-pub fn too_poor(log: &Table) -> Option<String> {
+/// Fails with the reason why nothing can be tested.
+pub fn rich_enough(log: &Table) -> Result<(), String> {
     let mut volts: Vec<f64> = log.u_v.clone();
     volts.sort_by(f64::total_cmp);
     volts.dedup_by(|a, b| (*a - *b).abs() <= 1e-9 * b.abs().max(1e-9));
     if volts.len() < FEWEST_VOLTAGES {
         let n = volts.len();
-        return Some(format!(
+        return Err(format!(
             "the table holds {n} different voltages; measure at least {FEWEST_VOLTAGES}, from rest to full"
         ));
     }
     let moving = log.omega_rad_s.iter().filter(|w| **w != 0.0).count();
     if moving < 3 {
-        return Some("the motor does not move in this table; raise the voltage until it turns".into());
+        return Err("the motor does not move in this table; raise the voltage until it turns".into());
     }
     let first = log.omega_rad_s[0];
     if log.omega_rad_s.iter().all(|w| (w - first).abs() <= 1e-9 * first.abs()) {
-        return Some("the speed is the same in every row; add voltages at which it is lower".into());
+        return Err("the speed is the same in every row; add voltages at which it is lower".into());
     }
-    None
+    Ok(())
 }
 
 /// What the table cannot show, in words.
