@@ -3,7 +3,7 @@
 //! Before it the files are [examined](examine): a wrong unit is no physics.
 //!
 //! A log is a record over time, which is simulated, or a table of settled speeds, whose equilibria are solved. Both are
-//! fitted by one [`solver`] as a [`hypothesis`], grown by one [`beam`], and told as one [`Outcome`].
+//! fitted by one [`solver`](fit::solver) as a [`hypothesis`](fit::hypothesis), grown by one [`beam`], and told as one [`Outcome`].
 
 pub mod acceptance;
 pub mod beam;
