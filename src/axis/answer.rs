@@ -1,14 +1,39 @@
 //! What an axis answers: why a command was refused, and what there is to tell.
 
 use crate::commission::CommissionReport;
-use crate::config::ConfigError;
-use crate::protect::Fault;
+use crate::config::{ConfigError, ScaleError};
+use crate::protect::{Fault, SettingsError};
 use crate::record::Activity;
 use serde::{Deserialize, Serialize};
 
-/// Why a command was not carried out. Nothing has changed then.
+/// Why a command was not carried out. Nothing has changed then. The variants travel by their number: append new ones.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Refusal {
+    /// The configuration cannot be.
+    Config(ConfigError),
+    /// The board's timer cannot make this control rate from this PWM scale.
+    TickRate,
+    /// No configuration has arrived yet.
+    NotConfigured,
+    /// Allowed only while the bridge is open.
+    BridgeDriven,
+    /// Its sequence number is older than one already executed; the next one expected is given.
+    Stale {
+        /// The next number.
+        expected: u16,
+    },
+    /// This image has fewer axes.
+    NoSuchAxis,
+    /// The axes of one chip share control rate, PWM scale and PWM delay, and another axis has others.
+    SharedTick,
+    /// Parameters are being stored: nothing but `Stop` and questions until [`crate::link::protocol::Message::Store`] tells the end.
+    Storing,
+    /// Parameters are stored only while every bridge is open and every shaft stands.
+    NotAtRest,
+    /// A set of parameters cannot be.
+    Parameters(SettingsError),
+    /// The configuration has another scale of current or supply than the board.
+    Scale(ScaleError),
     /// Torque needs `Arm` first.
     NotArmed,
     /// A fault is latched; clear it with `Stop`.
@@ -45,6 +70,18 @@ pub enum Refusal {
         /// The fastest that is followed, rad/s.
         available_rad_s: f32,
     },
+}
+
+impl From<ConfigError> for Refusal {
+    fn from(error: ConfigError) -> Self {
+        Refusal::Config(error)
+    }
+}
+
+impl From<ScaleError> for Refusal {
+    fn from(error: ScaleError) -> Self {
+        Refusal::Scale(error)
+    }
 }
 
 /// What there is to tell about an axis, in SI units.

@@ -1,13 +1,12 @@
-//! What the link makes of a command before its tick, and why it is not carried out.
+//! What the link makes of a command before its tick.
 
 use crate::axis::track_sine::{Ahead, Asked, Units};
-use crate::axis::{self, Axis, Command};
+use crate::axis::{Axis, Command, Refusal};
 use crate::compensate::position_load::PositionLoad;
-use crate::config::{Config, ConfigError, ScaleError};
+use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
 use crate::protect::SettingsError;
 use crate::store::AxisParameters;
-use serde::{Deserialize, Serialize};
 
 /// What is done at the start of a tick: a command, or what was computed of it ahead. Building an [`Axis`] divides in floating
 /// point, so whoever takes commands builds it, and the control interrupt only puts it in place. `P` holds the constants: the
@@ -44,38 +43,6 @@ impl Restored {
     }
 }
 
-/// Why a command was not executed.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub enum Refusal {
-    /// The configuration cannot be.
-    Config(ConfigError),
-    /// The board's timer cannot make this control rate from this PWM scale.
-    TickRate,
-    /// No configuration has arrived yet.
-    NotConfigured,
-    /// Allowed only while the bridge is open.
-    BridgeDriven,
-    /// The axis says why.
-    Axis(axis::Refusal),
-    /// Its sequence number is older than one already executed; the next one expected is given.
-    Stale {
-        /// The next number.
-        expected: u16,
-    },
-    /// This image has fewer axes.
-    NoSuchAxis,
-    /// The axes of one chip share control rate, PWM scale and PWM delay, and another axis has others.
-    SharedTick,
-    /// Parameters are being stored: nothing but `Stop` and questions until [`crate::link::protocol::Message::Store`] tells the end.
-    Storing,
-    /// Parameters are stored only while every bridge is open and every shaft stands.
-    NotAtRest,
-    /// A set of parameters cannot be.
-    Parameters(SettingsError),
-    /// The configuration has another scale of current or supply than the board.
-    Scale(ScaleError),
-}
-
 impl Order {
     /// Puts a new configuration in force.
     pub fn configure(config: &Config) -> Result<Order, ConfigError> {
@@ -93,18 +60,6 @@ impl Order {
     /// Puts stored parameters in force.
     pub fn restore(parameters: &AxisParameters) -> Result<Order, SettingsError> {
         Axis::from_parameters(parameters).map(|axis| Order::Install(axis, Some(Restored::of(parameters))))
-    }
-}
-
-impl From<ConfigError> for Refusal {
-    fn from(error: ConfigError) -> Self {
-        Refusal::Config(error)
-    }
-}
-
-impl From<ScaleError> for Refusal {
-    fn from(error: ScaleError) -> Self {
-        Refusal::Scale(error)
     }
 }
 

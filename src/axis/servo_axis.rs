@@ -3,8 +3,8 @@
 //! The control interrupt of the image and the replay on the host both run exactly this, so that commands and samples
 //! in the same order give the same bits.
 
-pub use crate::axis::order::{Order, Refusal, Restored};
-use crate::axis::{self, Axis, Bridge, Command, Output, Sample, State};
+pub use crate::axis::order::{Order, Restored};
+use crate::axis::{Axis, Bridge, Command, Output, Refusal, Sample, State};
 use crate::commission::Outcome;
 use crate::config::{Config, Scale};
 use crate::protect::{Condition, Fault};
@@ -107,7 +107,7 @@ impl<P: AsRef<Axis> + Clone> ServoAxis<P> {
                 Ok(())
             }
             Order::Run(Command::Arm) if self.axis.is_some() && self.seeks_zero() => {
-                Err(Refusal::Axis(axis::Refusal::CurrentZeroSought))
+                Err(Refusal::CurrentZeroSought)
             }
             Order::Run(Command::Adopt(estimates)) => self.run(|axis, state| axis.adopt(state, estimates)),
             Order::Run(command) => self.run(|axis, state| axis.command(state, command)),
@@ -151,12 +151,9 @@ impl<P: AsRef<Axis>> ServoAxis<P> {
         !plans || self.constants().is_none_or(free)
     }
 
-    fn run(
-        &mut self,
-        command: impl FnOnce(&Axis, &mut State) -> Result<(), axis::Refusal>,
-    ) -> Result<(), Refusal> {
+    fn run(&mut self, command: impl FnOnce(&Axis, &mut State) -> Result<(), Refusal>) -> Result<(), Refusal> {
         let axis = self.axis.as_ref().ok_or(Refusal::NotConfigured)?;
-        command(axis.as_ref(), &mut self.state).map_err(Refusal::Axis)
+        command(axis.as_ref(), &mut self.state)
     }
 
     /// Did the last sample tell that the zero of the current sensor is still looked for? A fault is told first.

@@ -4,8 +4,8 @@ use super::board::{AXES, Board, Line};
 use super::tick::{Parcel, Telemetry};
 use fast_tick::constants::{self, Constants, NoPlace};
 use heapless::spsc::{Consumer, Producer};
+use servo::axis::Axis;
 use servo::axis::servo_axis::Order;
-use servo::axis::{self, Axis};
 use servo::link::in_force::InForce;
 use servo::link::inbox::{Inbox, Incoming, refusal};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Message, Refusal, Request, encode};
@@ -164,5 +164,5 @@ fn supports<B: Board>(axis: &Axis) -> Result<(), Refusal> {
 
 /// There is a place for these constants: one for every axis, and one more, which is free when no order is under way.
 fn place(constants: Axis) -> Result<Constants, Refusal> {
-    constants::put(constants).map_err(|NoPlace| Refusal::Axis(axis::Refusal::Busy))
+    constants::put(constants).map_err(|NoPlace| Refusal::Busy)
 }

@@ -5,8 +5,7 @@
 //! damaged frame is dropped as a whole. `postcard` numbers the variants of an enum in order, so new variants are
 //! appended and published ones stay where they are; a change that breaks this raises [`VERSION`].
 
-pub use crate::axis::Command;
-pub use crate::axis::servo_axis::Refusal;
+pub use crate::axis::{Command, Refusal};
 use crate::commission::Outcome;
 use crate::link::board::Board;
 use crate::link::capture::{Extent, Shot, Stage};
@@ -20,7 +19,7 @@ use postcard::ser_flavors::{Cobs, Flavor, Slice};
 use serde::{Deserialize, Serialize, de::DeserializeOwned};
 
 /// Changes of the frames that changed nothing that is stored.
-const OF_FRAMES_ALONE: u16 = 0;
+const OF_FRAMES_ALONE: u16 = 1;
 /// Version of the frames; first byte of every frame. What is stored travels, too: a new layout is a new version.
 pub const VERSION: u8 = (LAYOUT + OF_FRAMES_ALONE) as u8;
 

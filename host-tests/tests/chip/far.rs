@@ -25,11 +25,7 @@ proptest! {
 }
 
 fn run(axis: &mut ServoAxis, command: Command) -> Result<(), Refusal> {
-    match axis.execute(&Order::Run(command)) {
-        Ok(()) => Ok(()),
-        Err(servo::axis::servo_axis::Refusal::Axis(refusal)) => Err(refusal),
-        Err(other) => panic!("{other:?}"),
-    }
+    axis.execute(&Order::Run(command))
 }
 
 fn tick(axis: &mut ServoAxis) -> Record {

@@ -1,7 +1,7 @@
 //! Protection beside the motor: the table of actions, and what the image tells the joint.
 
 use servo::axis::servo_axis::{Order, ServoAxis};
-use servo::axis::{self, Bridge, Sample};
+use servo::axis::{Bridge, Sample};
 use servo::config::Config;
 use servo::link::protocol::{Command, Refusal};
 use servo::optional::Optional;
@@ -79,7 +79,7 @@ fn a_permission_that_is_withdrawn_opens_the_bridge_and_cannot_be_cleared_while_i
 
         order(&mut joint, Command::Stop).expect("always possible");
         joint.raise(Condition::Interlock(interlock));
-        let faulted = Err(Refusal::Axis(axis::Refusal::Faulted));
+        let faulted = Err(Refusal::Faulted);
         assert_eq!(order(&mut joint, Command::Arm), faulted);
 
         joint.step(STANDING);
@@ -105,7 +105,7 @@ fn what_is_found_at_boot_waits_for_the_axis_and_for_the_explicit_clear() {
         order(&mut joint, Command::Configure(config())).expect("bridge open");
         assert_eq!(joint.step(STANDING).output.record.fault, fault, "the first reason stays");
         order(&mut joint, Command::Configure(config())).expect("bridge open");
-        let faulted = Err(Refusal::Axis(axis::Refusal::Faulted));
+        let faulted = Err(Refusal::Faulted);
         assert_eq!(order(&mut joint, Command::Arm), faulted);
         order(&mut joint, Command::Stop).expect("always possible");
         assert_eq!(order(&mut joint, Command::Arm), Ok(()));

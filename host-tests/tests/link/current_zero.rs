@@ -1,6 +1,6 @@
 //! The zero of the current sensor, as joint and host meet it: nothing is armed before it is known or the wait is over.
 
-use servo::axis::{self, Sample};
+use servo::axis::Sample;
 use servo::config::{ConfigError, Field};
 use servo::link::protocol::{Command, FRAME_CAPACITY, Refusal, encode};
 use trials::simulated_servo::{self, SimulatedServo};
@@ -10,7 +10,7 @@ use truing::text::input_error::InputError;
 #[test]
 fn an_axis_cannot_be_armed_while_the_zero_is_looked_for() {
     let mut servo_under_test = SimulatedServo::default();
-    let sought = Err(Refusal::Axis(axis::Refusal::CurrentZeroSought));
+    let sought = Err(Refusal::CurrentZeroSought);
     servo_under_test.world.current_raw = Sample::CURRENT_ZERO_SOUGHT;
     servo_under_test.order(Command::Configure(simulated_servo::config())).expect("a good one");
     servo_under_test.tick();

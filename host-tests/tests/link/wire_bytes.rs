@@ -1,7 +1,6 @@
 //! The bytes of every command, refusal and fault, as they were first published: hosts and servos of different ages understand
 //! each other by them.
 
-use servo::axis;
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::scales::ScaleError;
 use servo::link::capture::Trigger;
@@ -60,19 +59,19 @@ fn refusals() -> Vec<Refusal> {
         Refusal::TickRate,
         Refusal::NotConfigured,
         Refusal::BridgeDriven,
-        Refusal::Axis(axis::Refusal::NotArmed),
-        Refusal::Axis(axis::Refusal::Faulted),
-        Refusal::Axis(axis::Refusal::NotIdentified),
-        Refusal::Axis(axis::Refusal::Busy),
-        Refusal::Axis(axis::Refusal::BeyondTravel),
-        Refusal::Axis(axis::Refusal::OutOfRange),
-        Refusal::Axis(axis::Refusal::NotForAxis),
-        Refusal::Axis(axis::Refusal::NotReferenced),
-        Refusal::Axis(axis::Refusal::Value(error)),
-        Refusal::Axis(axis::Refusal::StreamFull),
-        Refusal::Axis(axis::Refusal::CurrentZeroSought),
-        Refusal::Axis(axis::Refusal::BeyondVoltage { needed_v: 9.0, available_v: 8.0 }),
-        Refusal::Axis(axis::Refusal::BeyondSpeed { needed_rad_s: 9.0, available_rad_s: 8.0 }),
+        Refusal::NotArmed,
+        Refusal::Faulted,
+        Refusal::NotIdentified,
+        Refusal::Busy,
+        Refusal::BeyondTravel,
+        Refusal::OutOfRange,
+        Refusal::NotForAxis,
+        Refusal::NotReferenced,
+        Refusal::Value(error),
+        Refusal::StreamFull,
+        Refusal::CurrentZeroSought,
+        Refusal::BeyondVoltage { needed_v: 9.0, available_v: 8.0 },
+        Refusal::BeyondSpeed { needed_rad_s: 9.0, available_rad_s: 8.0 },
         Refusal::Stale { expected: 700 },
         Refusal::NoSuchAxis,
         Refusal::SharedTick,

@@ -1,7 +1,7 @@
 use super::image::board::{AXES, Board as _, NAME, Started};
 use super::image::tick::Order;
 use super::rig::{Fields, LOOK, STARTED, Task, ZEROS};
-use servo::axis::{Bridge, Command, Refusal as AxisRefusal, Sample};
+use servo::axis::{Bridge, Command, Sample};
 use servo::config::Config;
 use servo::drivers::drv8301::Trouble;
 use servo::drivers::gates::State;
@@ -77,7 +77,7 @@ fn a_fault_line_or_an_open_contact_is_told_to_its_axis_alone_and_ends_what_it_do
         assert_eq!(task.world.bridges[1].0, Bridge::Open);
         task.world.interlocks[1] = Interlock::Granted;
         assert_eq!(faults(&mut task), [Fault::None, fault]);
-        assert_eq!(task.run(1, Command::Arm), Err(Refusal::Axis(AxisRefusal::Faulted)));
+        assert_eq!(task.run(1, Command::Arm), Err(Refusal::Faulted));
     }
 }
 

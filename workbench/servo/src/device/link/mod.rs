@@ -13,7 +13,6 @@ pub use words::{
 };
 
 use epoch::Epoch;
-use servo::axis;
 use servo::link::board::Board;
 use servo::link::protocol::{
     Command, FRAME_CAPACITY, Message, Receiver, Refusal, Request, ResetCause, encode,
@@ -152,7 +151,7 @@ impl Client {
     /// Sends a command and waits for its answer: the control tick in which it acted. A servo that has just been switched on
     /// needs a moment until it knows the zero of its current sensor.
     pub fn command(&mut self, command: Command, sink: &mut Sink) -> Result<u32, InputError> {
-        let sought = Refusal::Axis(axis::Refusal::CurrentZeroSought);
+        let sought = Refusal::CurrentZeroSought;
         self.patiently(command, sought, LONGEST_ZERO, sink)
     }
 

@@ -1,6 +1,6 @@
 //! The servo's codes in words that say what to do.
 
-use servo::axis::{self, Sample};
+use servo::axis::Sample;
 use servo::config::{ConfigError, Field};
 use servo::drivers::scales::ScaleError;
 use servo::identify::estimate::Reason;
@@ -18,36 +18,51 @@ macro_rules! sentences {
 
 /// Why a command was refused, one sentence.
 pub fn refusal_text(refusal: &Refusal) -> String {
-    match refusal {
-        Refusal::Parameters(SettingsError::Action(forbidden)) => format!(
+    let text = sentences! { refusal;
+        Refusal::Parameters(error) => return settings_text(error),
+        Refusal::Config(error) => return format!("the servo refuses the configuration: {}", range_text(error)),
+        Refusal::Scale(error) => return format!("the servo refuses the configuration: {}", scale_text(error)),
+        Refusal::Value(error) => return format!("the servo refuses the command: {}", range_text(error)),
+        Refusal::Stale { expected } => return format!("the servo expects command number {expected}; reconnect"),
+        Refusal::BeyondVoltage { needed_v, available_v } => return format!(
+            "the motion takes {needed_v:.2} V beyond the dead zone and {available_v:.2} V are left: choose an amplitude of \
+             at most {:.3} times, or a lower frequency",
+            available_v / needed_v
+        ),
+        Refusal::BeyondSpeed { needed_rad_s, available_rad_s } => return format!(
+            "the motion takes {needed_rad_s:.2} rad/s and limits.speed_rad_s leaves {available_rad_s:.2} rad/s: choose a \
+             slower or smaller one, or raise the limit"
+        ),
+        Refusal::TickRate => "the board cannot make this control rate: choose axis.tick_hz so that it divides the PWM frequency 84 MHz / axis.pwm_full_scale",
+        Refusal::NotConfigured => "the servo has no configuration yet; send one first",
+        Refusal::BridgeDriven => "the servo can be configured only while its bridge is open; stop it first",
+        Refusal::NoSuchAxis => "this firmware has fewer axes; choose a smaller --axis, or build an image with more",
+        Refusal::SharedTick => "the axes of one chip share axis.tick_hz, axis.pwm_full_scale and axis.pwm_delay_ticks, and another axis has others; make them equal, or reset the other axis",
+        Refusal::Storing => "the servo is storing its parameters; try again when it is done",
+        Refusal::NotAtRest => "parameters are stored only while every bridge is open and every shaft stands; stop the servo and wait",
+        Refusal::NotArmed => "the servo is not armed; arm it before asking for torque",
+        Refusal::Faulted => "a fault is latched; remove its cause and stop the servo to clear it",
+        Refusal::NotIdentified => "gain and time constant are not known; commission first, or give axis.time_constant_hint_s",
+        Refusal::Busy => "the servo is busy with another motion; stop it first",
+        Refusal::BeyondTravel => "the target lies beyond axis.travel_limit_rad; choose a smaller one",
+        Refusal::OutOfRange => "amplitude, frequency or duration cannot be done at this control rate; choose a slower or smaller motion",
+        Refusal::NotReferenced => "absolute targets need a reference: find one with `--reference`",
+        Refusal::CurrentZeroSought => "the zero of the current sensor is still looked for, with the bridge open; try again in a second",
+        Refusal::StreamFull => "so many streamed points wait already; send this one again when one has been reached",
+        Refusal::NotForAxis => "the servo does not know this command; update its firmware",
+    };
+    text.into()
+}
+
+fn settings_text(error: &SettingsError) -> String {
+    match error {
+        SettingsError::Value(error) => format!("the servo refuses the configuration: {}", range_text(error)),
+        SettingsError::Action(forbidden) => format!(
             "the servo refuses protection.{} = {}: open always works, brake does not for over-current, bridge fault and \
              enable contact, hold only for a command timeout",
             forbidden.fault.name(),
             forbidden.action.name()
         ),
-        Refusal::Config(error) | Refusal::Parameters(SettingsError::Value(error)) => {
-            format!("the servo refuses the configuration: {}", range_text(error))
-        }
-        Refusal::Scale(error) => format!("the servo refuses the configuration: {}", scale_text(error)),
-        Refusal::TickRate => {
-            "the board cannot make this control rate: choose axis.tick_hz so that it divides the PWM frequency \
-             84 MHz / axis.pwm_full_scale"
-                .into()
-        }
-        Refusal::NotConfigured => "the servo has no configuration yet; send one first".into(),
-        Refusal::BridgeDriven => "the servo can be configured only while its bridge is open; stop it first".into(),
-        Refusal::Axis(reason) => axis_text(*reason),
-        Refusal::NoSuchAxis => "this firmware has fewer axes; choose a smaller --axis, or build an image with more".into(),
-        Refusal::SharedTick => {
-            "the axes of one chip share axis.tick_hz, axis.pwm_full_scale and axis.pwm_delay_ticks, and another axis \
-             has others; make them equal, or reset the other axis"
-                .into()
-        }
-        Refusal::Storing => "the servo is storing its parameters; try again when it is done".into(),
-        Refusal::NotAtRest => {
-            "parameters are stored only while every bridge is open and every shaft stands; stop the servo and wait".into()
-        }
-        Refusal::Stale { expected } => format!("the servo expects command number {expected}; reconnect"),
     }
 }
 
@@ -104,32 +119,6 @@ pub fn found_text(found: Found) -> String {
         ),
         Found::Damaged => "the stored parameters are damaged and not used; commission again and store".into(),
     }
-}
-
-fn axis_text(refusal: axis::Refusal) -> String {
-    let text = sentences! { refusal;
-        axis::Refusal::NotArmed => "the servo is not armed; arm it before asking for torque",
-        axis::Refusal::Faulted => "a fault is latched; remove its cause and stop the servo to clear it",
-        axis::Refusal::NotIdentified => "gain and time constant are not known; commission first, or give axis.time_constant_hint_s",
-        axis::Refusal::Busy => "the servo is busy with another motion; stop it first",
-        axis::Refusal::BeyondTravel => "the target lies beyond axis.travel_limit_rad; choose a smaller one",
-        axis::Refusal::OutOfRange => "amplitude, frequency or duration cannot be done at this control rate; choose a slower or smaller motion",
-        axis::Refusal::NotReferenced => "absolute targets need a reference: find one with `--reference`",
-        axis::Refusal::CurrentZeroSought => "the zero of the current sensor is still looked for, with the bridge open; try again in a second",
-        axis::Refusal::StreamFull => "so many streamed points wait already; send this one again when one has been reached",
-        axis::Refusal::NotForAxis => "the servo does not know this command; update its firmware",
-        axis::Refusal::Value(error) => return format!("the servo refuses the command: {}", range_text(&error)),
-        axis::Refusal::BeyondVoltage { needed_v, available_v } => return format!(
-            "the motion takes {needed_v:.2} V beyond the dead zone and {available_v:.2} V are left: choose an amplitude of \
-             at most {:.3} times, or a lower frequency",
-            available_v / needed_v
-        ),
-        axis::Refusal::BeyondSpeed { needed_rad_s, available_rad_s } => return format!(
-            "the motion takes {needed_rad_s:.2} rad/s and limits.speed_rad_s leaves {available_rad_s:.2} rad/s: choose a \
-             slower or smaller one, or raise the limit"
-        ),
-    };
-    text.into()
 }
 
 /// Why a current sensor delivers nothing, and the remedy; `None`: it delivers, or there is none.
