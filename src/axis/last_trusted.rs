@@ -89,10 +89,12 @@ impl LastTrusted {
             self.mechanism = estimates.mechanism;
         }
         self.split = self.split.or(self.difference());
-        match () {
-            () if before == *self => Stage::Done,
-            () if (before.gain, before.time_constant) == (self.gain, self.time_constant) => Stage::DeadZone,
-            () => Stage::Motor,
+        if before == *self {
+            Stage::Done
+        } else if (before.gain, before.time_constant) == (self.gain, self.time_constant) {
+            Stage::DeadZone
+        } else {
+            Stage::Motor
         }
     }
 

@@ -536,11 +536,14 @@ impl Axis {
             let level = negative.min(ceiling);
             (level, wanted.max(Voltage::ZERO.minus(level)))
         };
-        let limit = match () {
-            () if clipped == wanted => state.limit,
-            () if level == self.most_voltage => Limit::Voltage,
-            () if level == ceiling => Limit::Supply,
-            () => Limit::Saturation,
+        let limit = if clipped == wanted {
+            state.limit
+        } else if level == self.most_voltage {
+            Limit::Voltage
+        } else if level == ceiling {
+            Limit::Supply
+        } else {
+            Limit::Saturation
         };
         (clipped, limit)
     }

@@ -177,11 +177,12 @@ impl Params {
         let shaken = fresh || state.phase == Phase::PulseTest || state.restless;
         let flickers = course.flickers(course.seen, course.seen_path, shaken);
         let rushes = course.rushes(forwards, level);
-        match () {
-            () if against => self.runs_against(state),
-            () if flickers => state.refuse(Reason::ChannelMissing),
-            () if rushes => state.refuse(Reason::SpeedContradicts),
-            () => {}
+        if against {
+            self.runs_against(state)
+        } else if flickers {
+            state.refuse(Reason::ChannelMissing)
+        } else if rushes {
+            state.refuse(Reason::SpeedContradicts)
         }
     }
 

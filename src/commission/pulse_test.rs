@@ -133,11 +133,14 @@ impl Params {
         let level = (TOP.saturating_mul(pulse.saturating_add(1)) / PULSES) as i32;
         let level = if pulse & 1 == 0 { level } else { -level };
         let now = state.elapsed;
-        state.level = match () {
-            () if now < quarter => level,
-            () if now < last => -level,
-            () if now < rest => level,
-            () => 0,
+        state.level = if now < quarter {
+            level
+        } else if now < last {
+            -level
+        } else if now < rest {
+            level
+        } else {
+            0
         };
         // The long part drives there.
         let towards = -state.sign() * level.signum();
@@ -164,24 +167,28 @@ impl Params {
         let none = self.no_current();
         let pulses = &mut state.pulses;
         pulses.pulse = pulses.pulse.saturating_add(1);
-        match () {
-            () if pulses.pulse & 1 == 1 => state.enter(Phase::PulseTest, input.count),
-            () if pulses.total() >= proof => {
-                pulses.proved = true;
-                state.enter(Phase::Settle, input.count);
-            }
-            () if pulses.runs_back(proof.saturating_mul(REVERSED_TIMES)) => state.refuse(Reason::Reversed),
-            () if pulses.pulse < PULSES => state.enter(Phase::PulseTest, input.count),
-            () if pulses.runs_back(proof) => state.refuse(Reason::Reversed),
+        if pulses.pulse & 1 == 1 {
+            state.enter(Phase::PulseTest, input.count)
+        } else if pulses.total() >= proof {
+            pulses.proved = true;
+            state.enter(Phase::Settle, input.count);
+        } else if pulses.runs_back(proof.saturating_mul(REVERSED_TIMES)) {
+            state.refuse(Reason::Reversed)
+        } else if pulses.pulse < PULSES {
+            state.enter(Phase::PulseTest, input.count)
+        } else if pulses.runs_back(proof) {
+            state.refuse(Reason::Reversed)
+        } else if pulses.shown {
             // It is there, and hardly seen to move: the ramp will tell.
-            () if pulses.shown => {
-                pulses.proved = true;
-                state.enter(Phase::Settle, input.count);
-            }
-            () if pulses.silent(none) => state.refuse(Reason::MotorDisconnected),
+            pulses.proved = true;
+            state.enter(Phase::Settle, input.count);
+        } else if pulses.silent(none) {
+            state.refuse(Reason::MotorDisconnected)
+        } else if state.limited() {
             // The ramp ends by what the current shows.
-            () if state.limited() => state.enter(Phase::BreakAway, input.count),
-            () => state.refuse(Reason::NoMotion),
+            state.enter(Phase::BreakAway, input.count)
+        } else {
+            state.refuse(Reason::NoMotion)
         }
     }
 }

@@ -86,10 +86,12 @@ impl State {
             self.at_least = elapsed / 4;
             return true;
         }
-        let bound = match () {
-            () if longer_than(RATIO_AT_HALF) => elapsed.saturating_mul(2),
-            () if longer_than(RATIO_AT_ONE) => elapsed,
-            () => elapsed / 2,
+        let bound = if longer_than(RATIO_AT_HALF) {
+            elapsed.saturating_mul(2)
+        } else if longer_than(RATIO_AT_ONE) {
+            elapsed
+        } else {
+            elapsed / 2
         };
         self.at_least = self.at_least.max(bound);
         true

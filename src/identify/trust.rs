@@ -269,11 +269,13 @@ fn dead_zone(solution: &Solution, evidence: &Evidence, direction: Direction) -> 
     let half_width =
         |sigma: i32| sigma.saturating_mul(2).saturating_add(share(value.saturating_abs(), model));
     let (limit, u95) = (share(value, TRUST_LIMIT_1024), half_width(sigma));
-    let standing = match () {
-        () if u95 <= limit => Standing::Trusted,
+    let standing = if u95 <= limit {
+        Standing::Trusted
+    } else if half_width(plain) <= limit {
         // The time slices alone make it so.
-        () if half_width(plain) <= limit => Standing::Doubtful(Reason::LoadChanged),
-        () => Standing::Doubtful(Reason::TooUncertain),
+        Standing::Doubtful(Reason::LoadChanged)
+    } else {
+        Standing::Doubtful(Reason::TooUncertain)
     };
     Estimate { value, u95, standing }
 }

@@ -236,10 +236,12 @@ impl State {
         for j in j..next.min(i.wrapping_add(1)) {
             self.factor.set(i, j, self.word(i, j));
         }
-        match () {
-            () if next <= i => Stage::Assemble(i, next),
-            () if i.wrapping_add(1) < self.order() => Stage::Assemble(i.wrapping_add(1), 0),
-            () => Stage::Column(0, self.order().wrapping_sub(1)),
+        if next <= i {
+            Stage::Assemble(i, next)
+        } else if i.wrapping_add(1) < self.order() {
+            Stage::Assemble(i.wrapping_add(1), 0)
+        } else {
+            Stage::Column(0, self.order().wrapping_sub(1))
         }
     }
 

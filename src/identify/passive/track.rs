@@ -78,10 +78,12 @@ impl Track {
             estimate.value = self.value();
         }
         let alone = self.age > 0 && moved(other.value(), self.other, MOVED_1024);
-        estimate.standing = match () {
-            () if self.value() <= 0 => Standing::Doubtful(Reason::Implausible),
-            () if alone || self.age > life => Standing::Doubtful(Reason::Aged),
-            () => Standing::Trusted,
+        estimate.standing = if self.value() <= 0 {
+            Standing::Doubtful(Reason::Implausible)
+        } else if alone || self.age > life {
+            Standing::Doubtful(Reason::Aged)
+        } else {
+            Standing::Trusted
         };
         before != (estimate.value, estimate.u95, estimate.standing)
     }

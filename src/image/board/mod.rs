@@ -21,10 +21,12 @@ use servo::link::board::Name;
 pub const NAME: Name = Name::new(env!("BOARD"));
 
 /// Number of axes that this image drives.
-pub const AXES: usize = match () {
-    () if cfg!(feature = "four-axes") => 4,
-    () if cfg!(feature = "two-axes") => 2,
-    () => 1,
+pub const AXES: usize = if cfg!(feature = "four-axes") {
+    4
+} else if cfg!(feature = "two-axes") {
+    2
+} else {
+    1
 };
 const _: () = assert!(AXES <= Selected::MOST_AXES, "the board cannot drive that many axes");
 

@@ -220,10 +220,12 @@ impl State {
     /// What current and counter have looked like for some time.
     #[inline]
     pub fn lasting(&self) -> Fault {
-        match () {
-            () if self.certain && self.silent >= LASTING_GLANCES => Fault::MotorDisconnected,
-            () if self.odd >= LASTING_BLOCKS => self.doubted,
-            () => Fault::None,
+        if self.certain && self.silent >= LASTING_GLANCES {
+            Fault::MotorDisconnected
+        } else if self.odd >= LASTING_BLOCKS {
+            self.doubted
+        } else {
+            Fault::None
         }
     }
 
@@ -551,19 +553,25 @@ impl Winding {
         let half = expected >> 1;
         // So soon only this very moment's resistance can tell.
         let soon = !overdue && missing.likely < LEAST_LIKELY;
-        match () {
-            () if soon && (present.is_none() || missing.followed < 0) => None,
-            () if balance.without_current(balance.offered) && least > expected.wrapping_mul(2) => {
-                Some(Fault::MotorDisconnected)
-            }
-            () if missing.reversed => Some(Fault::WrongDirection),
-            () if self.slow => None,
-            () if least > half && missing.followed <= BACKWARDS_COUNTS => Some(Fault::WrongDirection),
-            () if overdue && most < half => Some(Fault::Stalled),
+        if soon && (present.is_none() || missing.followed < 0) {
+            None
+        } else if balance.without_current(balance.offered) && least > expected.wrapping_mul(2) {
+            Some(Fault::MotorDisconnected)
+        } else if missing.reversed {
+            Some(Fault::WrongDirection)
+        } else if self.slow {
+            None
+        } else if least > half && missing.followed <= BACKWARDS_COUNTS {
+            Some(Fault::WrongDirection)
+        } else if overdue && most < half {
+            Some(Fault::Stalled)
+        } else if missing.sure >= missing.enough && most < expected - (expected >> 3) {
             // It does not get better: a shaft that turns has made as many counts at least.
-            () if missing.sure >= missing.enough && most < expected - (expected >> 3) => Some(Fault::Stalled),
-            () if least > half => Some(Fault::EncoderUnplugged),
-            () => None,
+            Some(Fault::Stalled)
+        } else if least > half {
+            Some(Fault::EncoderUnplugged)
+        } else {
+            None
         }
     }
 }

@@ -111,17 +111,15 @@ impl Watch {
         let motion = self.motion(log);
         let activity = log.rows.last().map_or(Activity::Idle, |row| row.record.activity);
         let late_j = self.power_w.get() * self.late_s;
-        let trip = match () {
-            () if activity == Activity::Faulted => Some(Trip::Fault),
-            () if self.spent_j.get() + 2.0 * late_j > self.energy_limit_j => Some(Trip::Energy),
-            () if alone && activity != Activity::Driving => Some(Trip::Done),
-            () if motion.speed.abs() > OF_SPEED_LIMIT * self.speed_limit
-                && motion.volts * motion.speed > 0.0 =>
-            {
-                Some(Trip::Speed)
-            }
-            () => self.leaves(&motion),
-        };
+        let fast = motion.speed.abs() > OF_SPEED_LIMIT * self.speed_limit;
+        let reasons = [
+            (activity == Activity::Faulted, Trip::Fault),
+            (self.spent_j.get() + 2.0 * late_j > self.energy_limit_j, Trip::Energy),
+            (alone && activity != Activity::Driving, Trip::Done),
+            (fast && motion.volts * motion.speed > 0.0, Trip::Speed),
+        ];
+        let first = reasons.into_iter().find_map(|(holds, trip)| holds.then_some(trip));
+        let trip = first.or_else(|| self.leaves(&motion));
         self.trip.set(trip);
         trip.is_some()
     }

@@ -66,10 +66,12 @@ const AXES: [board::Axis; 2] = [
 ];
 
 /// The board of this image.
-pub const BOARD: Board = match () {
-    () if cfg!(board = "odrive-v3-24v") => ODRIVE_V3_24V,
-    () if cfg!(board = "mks-odrive") => MKS_ODRIVE,
-    () => ODRIVE_V3,
+pub const BOARD: Board = if cfg!(board = "odrive-v3-24v") {
+    ODRIVE_V3_24V
+} else if cfg!(board = "mks-odrive") {
+    MKS_ODRIVE
+} else {
+    ODRIVE_V3
 };
 /// Both DRV8301, with the over-current threshold of its firmware (`VdsLevel_0p730_V`).
 pub const GATES: Option<Gates> = Some(Gates {
