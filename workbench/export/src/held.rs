@@ -120,15 +120,27 @@ pub fn lost(model: &Model, format: Format) -> Vec<&'static Effect> {
     effects.filter(|effect| held(effect, format).is_none_or(|held| held == Not)).collect()
 }
 
+/// Does the firmware compensate an effect? A part: some of its parameters have no number there.
+fn in_the_servo(effect: &Effect) -> &'static str {
+    let known = |on_chip: OnChip| on_chip == OnChip::Known;
+    match known(effect.on_chip) {
+        false => "–",
+        true if effect.parameters.iter().all(|it| known(it.on_chip)) => "yes",
+        true => "part",
+    }
+}
+
 /// The table as Markdown, for the document, without blanks.
 pub fn table() -> String {
     let formats = [Format::Mjcf, Format::Urdf, Format::SysidConstants, Format::Fmu3];
     let row = |first: &str, cells: Vec<String>| format!("|{first}|{}|\n", cells.join("|"));
-    let mut text = row("effect", formats.iter().map(|format| format.name().into()).collect());
-    text += &row("---", vec!["---".into(); formats.len()]);
+    let heads = formats.iter().map(|format| format.name().into());
+    let mut text = row("effect", heads.chain(["servo".into()]).collect());
+    text += &row("---", vec!["---".into(); formats.len() + 1]);
     for effect in LIBRARY {
         let told = |format: &Format| held(effect, *format).map_or_else(String::new, Held::told);
-        text += &row(&format!("`{}`", effect.name), formats.iter().map(told).collect());
+        let cells = formats.iter().map(told).chain([in_the_servo(effect).into()]);
+        text += &row(&format!("`{}`", effect.name), cells.collect());
     }
     text
 }
