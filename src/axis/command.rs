@@ -85,7 +85,7 @@ pub enum Command {
     /// Answered with [`crate::link::protocol::Message::Parameters`] too.
     Parameters,
     /// Put this whole set in force, as after power-up. Refused while the bridge is not open.
-    Restore(#[serde(deserialize_with = "store::whole")] AxisParameters),
+    Restore(#[serde(deserialize_with = "store::deserialize_set")] AxisParameters),
     /// Back to an axis that was never configured. What is stored stays as it is until [`Command::Save`].
     Reset,
     /// Store what is in force, of all axes. Refused while anything moves; [`crate::link::protocol::Message::Store`] tells how it goes on.

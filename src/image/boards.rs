@@ -112,19 +112,19 @@ pub const QEMU: Board = Board {
 };
 
 /// ODrive v3.5 and v3.6 for 48 V and 56 V: two axes.
-pub const ODRIVE_V3: Board = whole("odrive-v3", "docs/boards/odrive-v3.md", ODRIVE_56V);
+pub const ODRIVE_V3: Board = ready_made("odrive-v3", "docs/boards/odrive-v3.md", ODRIVE_56V);
 /// ODrive v3.5 and v3.6 for 24 V: another divider of the supply.
-pub const ODRIVE_V3_24V: Board = whole("odrive-v3-24v", "docs/boards/odrive-v3.md", scales(11.0, 0.04));
+pub const ODRIVE_V3_24V: Board = ready_made("odrive-v3-24v", "docs/boards/odrive-v3.md", scales(11.0, 0.04));
 /// MKS ODrive and other clones for 56 V.
-pub const MKS_ODRIVE: Board = whole("mks-odrive", "docs/boards/mks-odrive.md", ODRIVE_56V);
+pub const MKS_ODRIVE: Board = ready_made("mks-odrive", "docs/boards/mks-odrive.md", ODRIVE_56V);
 /// VESC 6: one axis. 39 kΩ over 2.2 kΩ, and a shunt of 0.5 mΩ behind 20 V/V.
-pub const VESC_6: Board = whole("vesc-6", "docs/boards/vesc-6.md", scales(41.2 / 2.2, 0.01));
+pub const VESC_6: Board = ready_made("vesc-6", "docs/boards/vesc-6.md", scales(41.2 / 2.2, 0.01));
 
 /// Divider 19:1, and shunts of 0.5 mΩ behind 80 V/V.
 const ODRIVE_56V: Option<Scales> = scales(19.0, 0.04);
 
 /// A board that one buys as a whole, with bridges: its feature, of the same name, chooses all of its axes.
-const fn whole(name: &'static str, page: &'static str, scales: Option<Scales>) -> Board {
+const fn ready_made(name: &'static str, page: &'static str, scales: Option<Scales>) -> Board {
     Board { name, page, feature: Some(name), most_axes: None, scales, ..STM32F405 }
 }
 

@@ -62,7 +62,9 @@ pub struct AxisParameters {
 
 /// A set of parameters. A function of its own: within that of the commands it would take twice the room in an image.
 #[inline(never)]
-pub(crate) fn whole<'de, D: Deserializer<'de>>(deserializer: D) -> Result<AxisParameters, D::Error> {
+pub(crate) fn deserialize_set<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<AxisParameters, D::Error> {
     AxisParameters::deserialize(deserializer)
 }
 

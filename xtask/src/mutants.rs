@@ -133,14 +133,14 @@ fn names(choice: &Choice) -> Result<Vec<String>> {
     }
     let mut names: Vec<String> = String::from_utf8_lossy(&output.stdout).lines().map(String::from).collect();
     if let Some(most) = choice.sample {
-        names.sort_by_key(|name| drawn(choice.seed, name));
+        names.sort_by_key(|name| rank(choice.seed, name));
         names.truncate(most);
     }
     Ok(names)
 }
 
 /// Where a mutant stands in the order of a seed, wherever it stands in its file.
-fn drawn(seed: u64, name: &str) -> u64 {
+fn rank(seed: u64, name: &str) -> u64 {
     let mut hasher = DefaultHasher::new();
     (seed, place_free(name)).hash(&mut hasher);
     hasher.finish()

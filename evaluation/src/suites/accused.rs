@@ -47,7 +47,7 @@ struct Motor {
 }
 
 impl Motor {
-    fn drawn(random: &mut ChaCha8Rng) -> Self {
+    fn random(random: &mut ChaCha8Rng) -> Self {
         let (resistance, constant) = (random.random_range(0.5..6.0), random.random_range(0.01..0.1));
         // A time constant from 15 to 150 ms.
         let time: f64 = 0.015 * 10f64.powf(random.random());
@@ -162,9 +162,9 @@ struct Case {
     holdout: File,
 }
 
-fn drawn(seed: u64) -> Case {
+fn random_case(seed: u64) -> Case {
     let random = &mut ChaCha8Rng::seed_from_u64(seed);
-    let motor = Motor::drawn(random);
+    let motor = Motor::random(random);
     let sheet = motor.sheet(random);
     let step_s = *[0.001, 0.002, 0.005, 0.01, 0.02, 0.05].choose(random).expect("some");
     let rows = (1500.0 + 2500.0 * random.random::<f64>()) as usize;
@@ -213,7 +213,7 @@ fn parsed(case: &Case, fitted: bool) -> Model {
 
 /// What is said of a right file.
 fn said(seed: u64) -> Option<String> {
-    let case = drawn(seed);
+    let case = random_case(seed);
     let read = opened("log.csv", &case, &case.log)
         .and_then(|log| Ok((log, opened("holdout.csv", &case, &case.holdout)?)));
     let (log, holdout) = match read {
@@ -264,7 +264,7 @@ fn named(case: &Case, log: &Log, holdout: &Log) -> Vec<String> {
 
 /// What became of bad cells: those that can be seen, those that were told, a false name, and a line for the page.
 fn asked(seed: u64, read_only: bool) -> (usize, usize, bool, String) {
-    let (mut case, right) = (drawn(seed), drawn(seed));
+    let (mut case, right) = (random_case(seed), random_case(seed));
     let random = &mut ChaCha8Rng::seed_from_u64(seed ^ 0xBAD);
     let count = random.random_range(1..=10);
     let rows: BTreeSet<usize> = (0..count).map(|_| random.random_range(0..case.log.rows.len())).collect();

@@ -10,8 +10,8 @@ use rand_distr::{Distribution, StandardNormal};
 use rayon::prelude::*;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
-use truing::fleet::drawn::{Fate, Fleet};
 use truing::fleet::findings::{Changed, Findings, RATE};
+use truing::fleet::generator::{Fate, Fleet};
 use truing::fleet::ingest::{self, Summary};
 use truing::fleet::manifest;
 use truing::fleet::moment::Moment;
@@ -75,14 +75,14 @@ pub fn run(arguments: Arguments) {
 
 /// What becomes of a number of a drawn unit, in standard deviations of one log.
 #[derive(Clone, Copy, PartialEq)]
-enum Drawn {
+enum Change {
     Quiet,
     Drift(f64),
     Step(f64),
 }
 
 /// The results of a unit, as a store would hand them out. The change is in number `unit % 4`.
-fn unit(rng: &mut ChaCha8Rng, unit: u32, days: u32, drawn: Drawn) -> (String, Vec<Kept>) {
+fn unit(rng: &mut ChaCha8Rng, unit: u32, days: u32, change: Change) -> (String, Vec<Kept>) {
     let first: Moment = "2026-03-01".parse().expect("a date");
     let mut normal = || -> f64 { StandardNormal.sample(rng) };
     let levels: [f64; 4] = std::array::from_fn(|_| 10.0 + BETWEEN * normal());
@@ -92,11 +92,11 @@ fn unit(rng: &mut ChaCha8Rng, unit: u32, days: u32, drawn: Drawn) -> (String, Ve
         // Logs are not equally good: their sigmas differ by half.
         let sigmas: [f64; 4] = std::array::from_fn(|_| SIGMA * (0.4 * normal()).exp());
         let values: [f64; 4] = std::array::from_fn(|k| {
-            let moved = match drawn {
+            let moved = match change {
                 _ if k != (unit % 4) as usize => 0.0,
-                Drawn::Quiet => 0.0,
-                Drawn::Drift(size) => size * SIGMA * f64::from(day) / f64::from(days - 1),
-                Drawn::Step(size) => size * SIGMA * f64::from(u8::from(day >= step)),
+                Change::Quiet => 0.0,
+                Change::Drift(size) => size * SIGMA * f64::from(day) / f64::from(days - 1),
+                Change::Step(size) => size * SIGMA * f64::from(u8::from(day >= step)),
             };
             levels[k] + moved + sigmas[k] * normal()
         });
@@ -124,9 +124,9 @@ fn result(unit: &str, at: Moment, values: [f64; 4], sigmas: [f64; 4]) -> Kept {
     Kept { key, unchanged: true, outcome: Told { verdict: "named".into(), effects, ..Told::default() } }
 }
 
-fn fleet(seed: u64, arguments: &Arguments, drawn: impl Fn(u32) -> Drawn) -> Vec<(String, Vec<Kept>)> {
+fn fleet(seed: u64, arguments: &Arguments, change: impl Fn(u32) -> Change) -> Vec<(String, Vec<Kept>)> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    (0..arguments.units).map(|k| unit(&mut rng, k, arguments.days, drawn(k))).collect()
+    (0..arguments.units).map(|k| unit(&mut rng, k, arguments.days, change(k))).collect()
 }
 
 fn seeds(arguments: &Arguments) -> std::ops::Range<u64> {
@@ -135,7 +135,7 @@ fn seeds(arguments: &Arguments) -> std::ops::Range<u64> {
 
 /// Fleets in which nothing changes: spread, its intervals, alarms.
 fn quiet(arguments: &Arguments, page: &mut Page) {
-    let of = |seed| Findings::of(&fleet(seed, arguments, |_| Drawn::Quiet), Method::Reml, RATE);
+    let of = |seed| Findings::of(&fleet(seed, arguments, |_| Change::Quiet), Method::Reml, RATE);
     let all: Vec<Findings> = seeds(arguments).into_par_iter().map(of).collect();
     let spreads: Vec<_> = all.iter().flat_map(|findings| &findings.spread).map(|it| it.spread).collect();
     let holds = |[low, high]: [f64; 2], truth: f64| low <= truth && truth <= high;
@@ -164,25 +164,25 @@ fn quiet(arguments: &Arguments, page: &mut Page) {
 fn changing(arguments: &Arguments, page: &mut Page, part: f64, size: f64) {
     let changed = (part * f64::from(arguments.units)).round() as u32;
     let drawn = |unit: u32| match unit {
-        _ if unit < changed => Drawn::Drift(size),
-        _ if unit < 2 * changed => Drawn::Step(size),
-        _ => Drawn::Quiet,
+        _ if unit < changed => Change::Drift(size),
+        _ if unit < 2 * changed => Change::Step(size),
+        _ => Change::Quiet,
     };
     let of = |seed| Findings::of(&fleet(seed ^ 1 << 32, arguments, drawn), Method::Reml, RATE).changed;
     let all: Vec<Changed> = seeds(arguments).into_par_iter().flat_map_iter(of).collect();
     let truth = |it: &Changed| {
         let unit: u32 = it.unit.parse().expect("a number");
         let own = it.quantity.starts_with(NUMBERS[(unit % 4) as usize]);
-        if own { drawn(unit) } else { Drawn::Quiet }
+        if own { drawn(unit) } else { Change::Quiet }
     };
     let count = |of: &dyn Fn(&Changed) -> bool| all.iter().filter(|it| of(it)).count() as f64;
     let total = f64::from(changed) * arguments.fleets as f64;
-    let drifts = count(&|it| matches!(truth(it), Drawn::Drift(_)));
-    let steps = count(&|it| matches!(truth(it), Drawn::Step(_)));
+    let drifts = count(&|it| matches!(truth(it), Change::Drift(_)));
+    let steps = count(&|it| matches!(truth(it), Change::Step(_)));
     let called = |it: &Changed| {
         matches!(
             (truth(it), format!("{:?}", it.kind).as_str()),
-            (Drawn::Drift(_), "Drift") | (Drawn::Step(_), "Step")
+            (Change::Drift(_), "Drift") | (Change::Step(_), "Step")
         )
     };
     page.line(format!(
@@ -191,7 +191,7 @@ fn changing(arguments: &Arguments, page: &mut Page, part: f64, size: f64) {
         100.0 * part,
         100.0 * drifts / total,
         100.0 * steps / total,
-        100.0 * count(&|it| truth(it) == Drawn::Quiet) / all.len().max(1) as f64,
+        100.0 * count(&|it| truth(it) == Change::Quiet) / all.len().max(1) as f64,
         100.0 * count(&called) / (drifts + steps).max(1.0)
     ));
 }

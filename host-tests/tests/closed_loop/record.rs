@@ -31,7 +31,7 @@ fn recorded(wire: Box<dyn Wire>, config: Config, plan: &Plan, every: u32) -> Rec
 }
 
 /// A drawn plant with a hint that is off as far as it may be.
-fn drawn(family: Family, seed: u32) -> (Plant, Config) {
+fn random_plant(family: Family, seed: u32) -> (Plant, Config) {
     let plant = Plant::draw(family, Severity::Harsh, Seeds::Design(710_000 + seed), &Options::default());
     let off = [0.55, 1.0, 1.9][seed as usize % 3];
     let hint = (plant.truth.time_constant_s * off) as f32;
@@ -45,7 +45,7 @@ fn no_recording_leaves_its_travel_and_its_voltage() {
     for (family, travel) in [(Family::G1, 40.0), (Family::G2, 8.0), (Family::G3, 0.8)] {
         for seed in 0..4 {
             for every in [1, 3] {
-                let (plant, config) = drawn(family, seed);
+                let (plant, config) = random_plant(family, seed);
                 let limit = 0.7 * config.supply_nominal_v;
                 let config = Config { voltage_limit_v: Optional::new(limit), ..config };
                 let limits = Limits { travel_rad: Some(travel), ..Limits::default() };
@@ -79,7 +79,7 @@ fn no_recording_leaves_its_travel_and_its_voltage() {
 fn no_recording_spends_more_than_it_may() {
     let mut cut = 0;
     for seed in 0..12 {
-        let (plant, config) = drawn(Family::G2, seed);
+        let (plant, config) = random_plant(Family::G2, seed);
         if !plant.sensing.current {
             continue;
         }
@@ -100,7 +100,7 @@ fn no_recording_spends_more_than_it_may() {
 
 #[test]
 fn a_limit_of_energy_without_a_current_sensor_is_refused() {
-    let (mut plant, config) = drawn(Family::G2, 1);
+    let (mut plant, config) = random_plant(Family::G2, 1);
     plant.sensing.current = false;
     let limits = Limits { energy_j: Some(3.0), ..Limits::default() };
     let plan = Plan::new(&config, None, &limits, 1).expect("a plan");
@@ -182,7 +182,7 @@ fn a_recording_within_a_short_travel_names_hidden_gravity() {
 /// A servo that has been set up before: with end stops, with a time-out that the axis file does not know, and with what a
 /// commissioning has found. What is in force is told by `outside`.
 fn set_up(seed: u32, outside: &Outside) -> (Box<dyn Wire>, Config, AxisParameters) {
-    let (plant, config) = drawn(Family::G2, seed);
+    let (plant, config) = random_plant(Family::G2, seed);
     let config = Config { travel_limit_rad: Some([-6.0, 6.0]), ..config };
     let fresh = Setup::from(config).parameters(None);
     let chosen = AxisParameters {
@@ -226,7 +226,7 @@ fn a_servo_has_its_own_settings_again_behind_a_recording() {
 
 #[test]
 fn an_axis_file_is_in_force_with_its_end_stops_behind_a_recording() {
-    let (plant, config) = drawn(Family::G2, 4);
+    let (plant, config) = random_plant(Family::G2, 4);
     let config = Config { travel_limit_rad: Some([-6.0, 6.0]), ..config };
     let outside = Outside::default();
     let line = HostServo::power_up(Box::new(VirtualMotor::new(&plant)), config, &outside);
@@ -238,7 +238,7 @@ fn an_axis_file_is_in_force_with_its_end_stops_behind_a_recording() {
 #[test]
 fn a_servo_whose_wire_is_lost_opens_its_bridge_and_the_log_is_kept() {
     for travel in [Some([-6.0, 6.0]), None] {
-        let (plant, config) = drawn(Family::G2, 5);
+        let (plant, config) = random_plant(Family::G2, 5);
         let config = Config { travel_limit_rad: travel, ..config };
         let outside = Outside::default();
         outside.lost_at.set(Some(2 * config.tick_hz));

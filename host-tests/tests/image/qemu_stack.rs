@@ -46,7 +46,7 @@ fn the_stack_is_as_deep_as_documented() {
         &tasks,
         &mut |_| {},
     )
-    .and_then(session::SessionResult::whole);
+    .and_then(session::SessionResult::complete);
     let first = depth(&first.expect("a session").firmware_log);
 
     let wire = power_up(&flash, &plant);

@@ -45,7 +45,7 @@ fn client(flash: &Path) -> Client {
 
 fn run(flash: &Path, start: Start, tasks: &[Task]) -> SessionResult {
     session::run_kept(Box::new(wire(flash)), start, LISTENING, tasks, &mut |_| {})
-        .and_then(session::SessionResult::whole)
+        .and_then(session::SessionResult::complete)
         .expect("a session")
 }
 
@@ -255,7 +255,7 @@ fn a_replay_gives_the_notice_behind_a_fault_and_names_it() {
     let start = Start::Configure(plant.config.into());
     let tasks = [COMMISSION, sine()];
     let result = session::run_kept(Box::new(wire), start, LISTENING, &tasks, &mut open_contact)
-        .and_then(session::SessionResult::whole);
+        .and_then(session::SessionResult::complete);
     let result = result.expect("a session");
     let Some(Done::Tracked(span)) = result.done.last() else {
         panic!("{:?}", result.done);

@@ -162,7 +162,7 @@ fn wire(flash: &Path) -> Lockstep {
 fn run(flash: &Path, setup: Setup, tasks: &[Task]) -> SessionResult {
     let listening = Listening { axis: 0, every: 1 };
     session::run_kept(Box::new(wire(flash)), Start::Configure(setup), listening, tasks, &mut |_| {})
-        .and_then(session::SessionResult::whole)
+        .and_then(session::SessionResult::complete)
         .expect("a session")
 }
 

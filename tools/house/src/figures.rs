@@ -22,7 +22,7 @@ pub struct Figures {
 impl Figures {
     /// Reads the project below `root`.
     pub fn read(root: &Path) -> Result<Self> {
-        Ok(Self { product: parts::product(root)?, rest: parts::rest(root)? })
+        Ok(Self { product: parts::product(root)?, rest: parts::beside_product(root)? })
     }
 
     /// The packages with rooms: folder, package, floors.

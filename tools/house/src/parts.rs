@@ -37,27 +37,27 @@ pub fn product(root: &Path) -> Result<[Part; 3]> {
 }
 
 /// Everything else that is built.
-pub fn rest(root: &Path) -> Result<[Part; 15]> {
+pub fn beside_product(root: &Path) -> Result<[Part; 15]> {
     Ok([
-        whole(root, "proving ground", "workbench/proving/src")?,
-        whole(root, "reference plant", "workbench/reference_plant/src")?,
-        whole(root, "formats of logs", "workbench/formats/src")?,
-        whole(root, "fleet", "workbench/fleet/src")?,
-        whole(root, "loop", "workbench/improve/src")?,
-        whole(root, "exports", "workbench/export/src")?,
-        whole(root, "FMU", "workbench/fmu/src")?,
-        whole(root, "parameters", "workbench/params/src")?,
-        whole(root, "Python package", "workbench/python/src")?,
-        whole(root, "page in the browser", "workbench/page/src")?,
-        whole(root, "tests", "host-tests/tests")?,
-        whole(root, "trials", "trials/src")?,
-        whole(root, "evaluation", "evaluation")?,
-        whole(root, "tools", "tools")?,
-        whole(root, "xtask", "xtask/src")?,
+        part(root, "proving ground", "workbench/proving/src")?,
+        part(root, "reference plant", "workbench/reference_plant/src")?,
+        part(root, "formats of logs", "workbench/formats/src")?,
+        part(root, "fleet", "workbench/fleet/src")?,
+        part(root, "loop", "workbench/improve/src")?,
+        part(root, "exports", "workbench/export/src")?,
+        part(root, "FMU", "workbench/fmu/src")?,
+        part(root, "parameters", "workbench/params/src")?,
+        part(root, "Python package", "workbench/python/src")?,
+        part(root, "page in the browser", "workbench/page/src")?,
+        part(root, "tests", "host-tests/tests")?,
+        part(root, "trials", "trials/src")?,
+        part(root, "evaluation", "evaluation")?,
+        part(root, "tools", "tools")?,
+        part(root, "xtask", "xtask/src")?,
     ])
 }
 
-fn whole(root: &Path, name: &'static str, folder: &str) -> Result<Part> {
+fn part(root: &Path, name: &'static str, folder: &str) -> Result<Part> {
     let sources = source::below(root, folder)?;
     Ok(Part { name, sources })
 }

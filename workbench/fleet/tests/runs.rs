@@ -5,7 +5,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 use truing_core::system::effects::{COULOMB_FRICTION, INERTIA};
-use truing_fleet::drawn::{Fate, Fleet};
+use truing_fleet::generator::{Fate, Fleet};
 use truing_fleet::ingest::{self, Summary};
 use truing_fleet::manifest;
 use truing_fleet::store::Store;

@@ -29,7 +29,7 @@ pub fn written(batches: &[RecordBatch], format: &str, mut told: Vec<String>) -> 
     }
     let mut table = Table::default();
     for (k, field) in schema.fields().iter().enumerate() {
-        let parts = batches.iter().map(|batch| Part::whole(batch.column(k).clone()));
+        let parts = batches.iter().map(|batch| Part::all_rows(batch.column(k).clone()));
         table.add(field.name(), parts.collect());
     }
     if !table.clocks.is_empty() {
@@ -57,7 +57,7 @@ struct Part {
 }
 
 impl Part {
-    fn whole(array: ArrayRef) -> Self {
+    fn all_rows(array: ArrayRef) -> Self {
         let at = (0..array.len()).map(|row| if array.is_valid(row) { row } else { NONE }).collect();
         Self { array, at }
     }

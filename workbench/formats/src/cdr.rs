@@ -48,7 +48,7 @@ impl<'a> Cdr<'a> {
         let count = match field.many {
             Many::One => return self.member(schema, field.kind, stream),
             Many::Fixed(count) => count,
-            Many::Counted => self.whole(4)? as usize,
+            Many::Counted => self.integer(4)? as usize,
         };
         // Each member has at least a byte.
         if count > self.bytes.left() {
@@ -76,7 +76,7 @@ impl<'a> Cdr<'a> {
 
     /// Goes over numbers that nobody wants; false: they have no common length.
     fn skip_rest(&mut self, kind: Kind, count: usize) -> Option<bool> {
-        let (Kind::Whole { bytes, .. } | Kind::Real(bytes)) = kind else { return Some(false) };
+        let (Kind::Integer { bytes, .. } | Kind::Real(bytes)) = kind else { return Some(false) };
         self.align(bytes)?;
         self.bytes.take(count.checked_mul(bytes)?)?;
         Some(true)
@@ -85,13 +85,13 @@ impl<'a> Cdr<'a> {
     fn member(&mut self, schema: &Schema, kind: Kind, stream: Option<&mut Stream>) -> Option<()> {
         let value = match kind {
             Kind::Message(at) => return self.message(schema, at, stream),
-            Kind::Whole { bytes, signed: false } => Some(self.whole(bytes)? as f64),
-            Kind::Whole { bytes, signed: true } => {
+            Kind::Integer { bytes, signed: false } => Some(self.integer(bytes)? as f64),
+            Kind::Integer { bytes, signed: true } => {
                 let unused = 64 - 8 * bytes as u32;
-                Some(((self.whole(bytes)? << unused) as i64 >> unused) as f64)
+                Some(((self.integer(bytes)? << unused) as i64 >> unused) as f64)
             }
-            Kind::Real(4) => Some(f32::from_bits(self.whole(4)? as u32).into()),
-            Kind::Real(_) => Some(f64::from_bits(self.whole(8)?)),
+            Kind::Real(4) => Some(f32::from_bits(self.integer(4)? as u32).into()),
+            Kind::Real(_) => Some(f64::from_bits(self.integer(8)?)),
             Kind::Text { wide } => self.text(wide)?,
         };
         if let Some((stream, value)) = stream.zip(value) {
@@ -105,15 +105,15 @@ impl<'a> Cdr<'a> {
         self.bytes.take((to - self.bytes.at % to) % to).map(|_| ())
     }
 
-    fn whole(&mut self, bytes: usize) -> Option<u64> {
+    fn integer(&mut self, bytes: usize) -> Option<u64> {
         self.align(bytes)?;
-        let value = self.bytes.whole(bytes)?;
+        let value = self.bytes.integer(bytes)?;
         Some(if self.big_endian { value.swap_bytes() >> (64 - 8 * bytes) } else { value })
     }
 
     /// The number that a text holds, if it does.
     fn text(&mut self, wide: bool) -> Option<Option<f64>> {
-        let count = self.whole(4)? as usize;
+        let count = self.integer(4)? as usize;
         let bytes = self.bytes.take(if wide { count.checked_mul(2)? } else { count })?;
         let text = std::str::from_utf8(bytes).ok().filter(|_| !wide);
         Some(text.and_then(|text| naming::number(text.trim_end_matches('\0'))))

@@ -33,9 +33,9 @@ pub fn sound(stream: &[u8]) -> (usize, Option<String>) {
 
 /// Takes a message. False: it was the last; `None`: the bytes are over.
 fn message(bytes: &mut Taken) -> Option<Result<bool, &'static str>> {
-    let mut length = bytes.whole(4)? as u32;
+    let mut length = bytes.integer(4)? as u32;
     if length == CONTINUED {
-        length = bytes.whole(4)? as u32;
+        length = bytes.integer(4)? as u32;
     }
     if length == 0 {
         return Some(Ok(false));

@@ -201,13 +201,13 @@ impl Recording {
         let mut body = Taken::of(body);
         match code {
             op::SCHEMA => {
-                let id = body.whole(2)? as u16;
+                let id = body.integer(2)? as u16;
                 let (name, encoding) = (body.text()?, body.text()?);
-                let length = body.whole(4)? as usize;
+                let length = body.integer(4)? as usize;
                 self.schemas.insert(id, (name, encoding, body.take(length)?.to_vec()));
             }
             op::CHANNEL => {
-                let (id, schema) = (body.whole(2)? as u16, body.whole(2)? as u16);
+                let (id, schema) = (body.integer(2)? as u16, body.integer(2)? as u16);
                 let (topic, encoding) = (body.text()?, body.text()?);
                 if !self.channels.contains_key(&id) {
                     let channel = self.channel(schema, &topic, &encoding);
@@ -215,8 +215,8 @@ impl Recording {
                 }
             }
             _ => {
-                let channel = self.channels.get(&(body.whole(2)? as u16));
-                let (_sequence, stamp, _published) = (body.whole(4)?, body.whole(8)?, body.whole(8)?);
+                let channel = self.channels.get(&(body.integer(2)? as u16));
+                let (_sequence, stamp, _published) = (body.integer(4)?, body.integer(8)?, body.integer(8)?);
                 if let Some(Some(channel)) = channel {
                     let stream = &mut self.streams.list[channel.stream];
                     stream.begin(stamp);
@@ -301,7 +301,8 @@ impl Recording {
     /// all topics, because two of them may differ by more than a motor takes.
     fn own_stamps(&mut self) -> String {
         let own = |stream: &Stream| {
-            let (seconds, rest) = (stream.whole("header.stamp.sec")?, stream.whole("header.stamp.nanosec")?);
+            let (seconds, rest) =
+                (stream.complete_field("header.stamp.sec")?, stream.complete_field("header.stamp.nanosec")?);
             let stamp = |(s, ns): (&f64, &f64)| {
                 let sane = (1.0..=SANE).contains(s) && (0.0..=SANE).contains(ns);
                 sane.then_some(*s as u64 * 1_000_000_000 + *ns as u64)

@@ -6,7 +6,7 @@ use std::collections::HashMap;
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Kind {
     /// A flag or a whole number of so many bytes.
-    Whole {
+    Integer {
         /// 1, 2, 4 or 8.
         bytes: usize,
         /// It has a sign.
@@ -137,16 +137,16 @@ fn many(kind: &str) -> (&str, Many) {
 }
 
 fn primitive(kind: &str) -> Option<Kind> {
-    let whole = |bytes, signed| Some(Kind::Whole { bytes, signed });
+    let integer = |bytes, signed| Some(Kind::Integer { bytes, signed });
     match kind {
-        "bool" | "byte" | "char" | "uint8" => whole(1, false),
-        "int8" => whole(1, true),
-        "int16" => whole(2, true),
-        "uint16" => whole(2, false),
-        "int32" => whole(4, true),
-        "uint32" => whole(4, false),
-        "int64" => whole(8, true),
-        "uint64" => whole(8, false),
+        "bool" | "byte" | "char" | "uint8" => integer(1, false),
+        "int8" => integer(1, true),
+        "int16" => integer(2, true),
+        "uint16" => integer(2, false),
+        "int32" => integer(4, true),
+        "uint32" => integer(4, false),
+        "int64" => integer(8, true),
+        "uint64" => integer(8, false),
         "float32" => Some(Kind::Real(4)),
         "float64" => Some(Kind::Real(8)),
         "string" => Some(Kind::Text { wide: false }),

@@ -132,7 +132,7 @@ impl Stream {
     }
 
     /// The numbers of a field, if every message has one.
-    pub fn whole(&self, name: &str) -> Option<&[f64]> {
+    pub fn complete_field(&self, name: &str) -> Option<&[f64]> {
         let field = &self.fields[*self.known.get(name)?];
         let all = field.values.len() == self.stamps.len() && field.values.iter().all(|it| it.is_finite());
         all.then_some(&field.values)

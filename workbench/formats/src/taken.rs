@@ -32,7 +32,7 @@ impl<'a> Taken<'a> {
     }
 
     /// A whole number of up to eight bytes.
-    pub fn whole(&mut self, bytes: usize) -> Option<u64> {
+    pub fn integer(&mut self, bytes: usize) -> Option<u64> {
         let mut all = [0; 8];
         all.get_mut(..bytes)?.copy_from_slice(self.take(bytes)?);
         Some(u64::from_le_bytes(all))
@@ -40,7 +40,7 @@ impl<'a> Taken<'a> {
 
     /// A text behind its length in four bytes.
     pub fn text(&mut self) -> Option<String> {
-        let length = self.whole(4)? as usize;
+        let length = self.integer(4)? as usize;
         self.take(length).map(|bytes| String::from_utf8_lossy(bytes).into_owned())
     }
 }

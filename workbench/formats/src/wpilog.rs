@@ -36,7 +36,7 @@ impl Source for Wpilog {
 #[derive(Clone, Copy)]
 enum Kind {
     Flag,
-    Whole,
+    Integer,
     Single,
     Double,
     Text,
@@ -106,7 +106,7 @@ impl Log {
 
     fn control(&mut self, payload: &[u8]) -> Option<()> {
         let mut payload = Taken::of(payload);
-        let (code, id) = (payload.whole(1)?, payload.whole(4)?);
+        let (code, id) = (payload.integer(1)?, payload.integer(4)?);
         match code {
             0 => {
                 let (name, kind) = (payload.text()?, payload.text()?);
@@ -125,7 +125,7 @@ impl Log {
         let bare = written.strip_suffix("[]");
         let kind = match bare.unwrap_or(written) {
             "boolean" => Kind::Flag,
-            "int64" => Kind::Whole,
+            "int64" => Kind::Integer,
             "float" => Kind::Single,
             "double" => Kind::Double,
             "string" if bare.is_none() => Kind::Text,
@@ -199,15 +199,15 @@ impl Kind {
         match self {
             Self::Flag | Self::Text => 1,
             Self::Single => 4,
-            Self::Whole | Self::Double => 8,
+            Self::Integer | Self::Double => 8,
         }
     }
 
     fn number(self, bytes: &mut Taken) -> Option<f64> {
-        let value = bytes.whole(self.bytes())?;
+        let value = bytes.integer(self.bytes())?;
         Some(match self {
             Self::Flag | Self::Text => f64::from(u8::from(value != 0)),
-            Self::Whole => value as i64 as f64,
+            Self::Integer => value as i64 as f64,
             Self::Single => f32::from_bits(value as u32).into(),
             Self::Double => f64::from_bits(value),
         })

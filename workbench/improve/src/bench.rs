@@ -119,7 +119,7 @@ impl Bench {
 
     /// Has the servo store what is in force, once the shaft stands, and reads it back.
     pub fn keep(&self, parameters: &AxisParameters) -> Result<(), InputError> {
-        self.session(Start::Stored, &[Task::Store])?.whole()?;
+        self.session(Start::Stored, &[Task::Store])?.complete()?;
         if bits(self.client().parameters()?.as_ref()) != bits(Some(parameters)) {
             return Err(InputError("the servo has stored other parameters than it was given".into()));
         }

@@ -225,7 +225,7 @@ impl Improving {
             Task::PositionLoad(beside.position_load),
             Task::Commission { budget_s: self.commission_s, seed: self.job.seed as u32 },
         ];
-        let result = self.bench.session(Start::Configure(setup), &tasks)?.whole()?;
+        let result = self.bench.session(Start::Configure(setup), &tasks)?.complete()?;
         self.bench.took(&result.log);
         result.log.save(&self.job.out.join("commissioning.csv"))?;
         let Some(Done::Commissioned(outcome)) = result.done.last() else {

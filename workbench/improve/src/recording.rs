@@ -68,6 +68,6 @@ pub fn record(bench: &mut Bench, known: &AxisParameters, plan: &Plan, path: &Pat
     if log.fault() != Fault::None {
         return Err(NotDone(format!("a fault ended the recording: {}", fault_text(log))).into());
     }
-    recorded.session.whole()?;
+    recorded.session.complete()?;
     Ok(())
 }

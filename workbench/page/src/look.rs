@@ -35,7 +35,7 @@ pub fn look(name: &str, bytes: &[u8], columns: &str, model: &str) -> Result<Look
     let columns = columns_of(columns, model)?;
     let open = || -> Read<Box<dyn BufRead + '_>> { Ok(Box::new(bytes)) };
     let look = look::look(Bytes { name, open: &open, sources: SOURCES }, &columns)?;
-    Ok(Looked { json: json(&look)?, ..look.log.as_ref().map(drawn).unwrap_or_default() })
+    Ok(Looked { json: json(&look)?, ..look.log.as_ref().map(preview).unwrap_or_default() })
 }
 
 fn columns_of(columns: &str, text: &str) -> Result<Columns, InputError> {
@@ -51,7 +51,7 @@ fn json(look: &Look) -> Result<String, serde_json::Error> {
     Ok(json.to_string())
 }
 
-fn drawn(log: &Log) -> Looked {
+fn preview(log: &Log) -> Looked {
     match log {
         Log::Dynamic(record) => over_time(record),
         Log::Table(table) => Looked {

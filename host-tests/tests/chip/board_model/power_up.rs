@@ -21,7 +21,7 @@ use servo::protect::Fault;
 use servo::record::Activity;
 
 /// A gear motor of 12 V that the own board's carrier can measure, too: 0.8 to 2 A of stall current, a friction of a tenth to a fifth of that.
-fn drawn(rng: &mut ChaCha8Rng) -> Motor {
+fn random_motor(rng: &mut ChaCha8Rng) -> Motor {
     let (ohm, tau_s): (f64, f64) = (rng.random_range(6.0..15.0), rng.random_range(0.03..0.09));
     let constant: f64 = rng.random_range(0.04..0.1);
     let stall_nm = constant * Motor::SUPPLY_V / ohm;
@@ -152,7 +152,7 @@ fn a_motor_is_commissioned_by_the_recipe_of_the_page() {
         let mut worked = 0;
         for seed in 0..motors {
             let rng = &mut ChaCha8Rng::seed_from_u64(seed);
-            let drawn = [(); AXES].map(|()| drawn(rng));
+            let drawn = [(); AXES].map(|()| random_motor(rng));
             let stall = Motor::SUPPLY_V / drawn[0].ohm;
             let mut up = PowerUp::new(board, wires(), &drawn, [first_limit(name, board, asked.is_none()) * stall; AXES]);
             worked += u64::from(follow(name, board, &mut up, &drawn[0]));

@@ -1,8 +1,8 @@
 //! `truing fleet demo`: a small drawn fleet from its logs to its page.
 
 use super::report;
-use crate::drawn::{Fate, Fleet};
 use crate::findings::RATE;
+use crate::generator::{Fate, Fleet};
 use crate::stats::spread::Method;
 use crate::store::Store;
 use crate::{ingest, manifest};

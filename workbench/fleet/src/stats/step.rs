@@ -16,7 +16,7 @@ pub const SIDE: usize = 2;
 const ROUND: usize = 1_000;
 /// Below this bound it is taken itself: within a factor of three, where the largest fleets still need a p value.
 const FAR: f64 = 3e-4;
-/// Drawn series that exceed the statistic, from which on a p value is known to a fifth of itself.
+/// WithoutStep series that exceed the statistic, from which on a p value is known to a fifth of itself.
 const ENOUGH: usize = 25;
 /// Any fixed number.
 const SEED: u64 = 0x5745_5053;
@@ -78,7 +78,7 @@ impl Step {
 pub fn p_value(points: &[Point], step: &Step, common: Common) -> f64 {
     let weights: Vec<f64> = points.iter().map(Point::weight).collect();
     let found = step.studentised(points.len(), common);
-    let mut drawn = Drawn { rng: ChaCha8Rng::seed_from_u64(SEED), weights: &weights, common };
+    let mut drawn = WithoutStep { rng: ChaCha8Rng::seed_from_u64(SEED), weights: &weights, common };
     let (splits, freedom) = (weights.len() + 1 - 2 * SIDE, common.freedom + weights.len() as f64 - 2.0);
     let bound = splits as f64 * p_of_t(found.sqrt(), freedom);
     if bound < FAR {
@@ -93,13 +93,13 @@ pub fn p_value(points: &[Point], step: &Step, common: Common) -> f64 {
 }
 
 /// Series without a step. Where the bound is not small, one in some thousands exceeds: drawing comes to an end.
-struct Drawn<'a> {
+struct WithoutStep<'a> {
     rng: ChaCha8Rng,
     weights: &'a [f64],
     common: Common,
 }
 
-impl Drawn<'_> {
+impl WithoutStep<'_> {
     fn statistic(&mut self) -> f64 {
         let scatter = self.scatter().sqrt();
         let value =
@@ -122,7 +122,7 @@ impl Drawn<'_> {
 mod tests {
     use super::*;
 
-    fn series(drawn: &mut Drawn, step: f64) -> Vec<Point> {
+    fn series(drawn: &mut WithoutStep, step: f64) -> Vec<Point> {
         let point = |(k, w): (usize, f64)| {
             let z: f64 = StandardNormal.sample(&mut drawn.rng);
             let sigma = w.powf(-0.5);
@@ -135,7 +135,7 @@ mod tests {
     fn p_values_without_a_step_are_uniform_and_a_step_is_placed() {
         let common = Common { variance: 1.0, freedom: f64::INFINITY };
         let weights: Vec<f64> = (0..20).map(|k| 1.0 + f64::from(k % 3)).collect();
-        let mut drawn = Drawn { rng: ChaCha8Rng::seed_from_u64(7), weights: &weights, common };
+        let mut drawn = WithoutStep { rng: ChaCha8Rng::seed_from_u64(7), weights: &weights, common };
         let quiet: Vec<Vec<Point>> = (0..1000).map(|_| series(&mut drawn, 0.0)).collect();
         let p: Vec<f64> = quiet.iter().map(|it| p_value(it, &Step::of(it), common)).collect();
         for level in [0.05, 0.2, 0.5, 0.8] {
@@ -153,7 +153,7 @@ mod tests {
     fn the_statistic_of_a_split_is_what_it_takes_away_from_the_squares() {
         let common = Common { variance: 1.0, freedom: 0.0 };
         let weights = [1.0, 4.0, 2.0, 1.0, 3.0, 1.0, 0.5, 2.0];
-        let mut drawn = Drawn { rng: ChaCha8Rng::seed_from_u64(1), weights: &weights, common };
+        let mut drawn = WithoutStep { rng: ChaCha8Rng::seed_from_u64(1), weights: &weights, common };
         let points = series(&mut drawn, 0.0);
         let step = Step::of(&points);
         let left: f64 = [&points[..step.first], &points[step.first..]]

@@ -96,7 +96,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
         outln!("{text}");
         return Err(NotDone(text).into());
     }
-    recorded.session.whole()?;
+    recorded.session.complete()?;
     Ok(())
 }
 

@@ -73,7 +73,7 @@ impl Plan {
         let energy_j = own.into_iter().chain(limits.energy_j).reduce(f64::min);
         let scale = Scale::new(config, known, travel_rad)?;
         let plan = Self { seed, segments: Vec::new(), seconds: 0.0, travel_rad, stops_rad, energy_j, scale };
-        plan.with(plan.drawn()).within(limits.budget_s)
+        plan.with(plan.shuffled()).within(limits.budget_s)
     }
 
     /// The same motor and limits with other segments, for an experiment that tells two effects apart.
@@ -91,7 +91,7 @@ impl Plan {
         for _ in 0..4 {
             if self.seconds > budget {
                 self.scale.unit_s *= 0.98 * budget / self.seconds;
-                self = self.with(self.drawn());
+                self = self.with(self.shuffled());
             }
         }
         if self.scale.unit_s >= least && self.seconds <= budget {
@@ -103,7 +103,7 @@ impl Plan {
     }
 
     /// Order and amplitudes from the seed.
-    fn drawn(&self) -> Vec<Segment> {
+    fn shuffled(&self) -> Vec<Segment> {
         let mut random = ChaCha8Rng::seed_from_u64(self.seed);
         let mut share = |middle: f64| {
             let sign = if random.random_bool(0.5) { 1.0 } else { -1.0 };

@@ -267,7 +267,7 @@ fn notes(outcome: &Outcome) -> Markup {
 pub(super) fn section(section: &Section) -> Markup {
     html! {
         (paragraphs(&section.text))
-        @for plot in &section.plots { (drawn(plot)) }
+        @for plot in &section.plots { (picture(plot)) }
         @for table in &section.tables { (plain_table(table)) }
         (checks(&section.checks))
     }
@@ -305,11 +305,11 @@ fn checks(checks: &[Check]) -> Markup {
 }
 
 fn figures(outcome: &Outcome, stage: Stage) -> Markup {
-    html! { @for plot in outcome.plots.iter().filter(|p| p.stage == stage) { (drawn(plot)) } }
+    html! { @for plot in outcome.plots.iter().filter(|p| p.stage == stage) { (picture(plot)) } }
 }
 
 /// A picture, with the data from which a script makes a chart of it.
-fn drawn(plot: &Plot) -> Markup {
+fn picture(plot: &Plot) -> Markup {
     html! {
         @if let Some((picture, data)) = plot::svg(plot).zip(chart::data(plot)) {
             figure {

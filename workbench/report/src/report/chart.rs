@@ -1,6 +1,6 @@
 //! A plot as the data of a chart that a page's script draws (`charts.js`).
 
-use super::plot::{Window, drawn, ink};
+use super::plot::{Window, ink, visible};
 use serde_json::{Value, json};
 use std::ops::Range;
 use truing_core::outcome::{Plot, Series};
@@ -32,7 +32,7 @@ fn step(range: &Range<f64>) -> f64 {
 
 fn one(series: &Series, ink: usize, [x_step, y_step]: [f64; 2]) -> Value {
     let (mut x, mut y) = (Vec::new(), Vec::new());
-    for piece in drawn(series) {
+    for piece in visible(series) {
         if let (Some(last), Some(first)) = (x.last().copied(), piece.first()) {
             // A break stands between the pieces.
             x.push(0.5 * (last + first.0));

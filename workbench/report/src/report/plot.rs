@@ -163,7 +163,7 @@ fn marked(window: &Window, (x, label): &(f64, String), k: usize) -> Markup {
 fn curve(window: &Window, series: &Series, colour: &str) -> Markup {
     let dots = matches!(series.style, Style::Points | Style::Hollow);
     let of = |piece: Vec<(f64, f64)>| path(piece.into_iter(), window, if dots { "h0M" } else { "L" });
-    let pieces: Vec<String> = drawn(series).into_iter().map(of).collect();
+    let pieces: Vec<String> = visible(series).into_iter().map(of).collect();
     // A point is a line of no length with round ends.
     let drawn = format!("M{}{}", pieces.join("M"), if dots { "h0" } else { "" });
     let (width, dashes) = (if dots { 6 } else { 2 }, (series.style == Style::Dashed).then_some("7 5"));
@@ -176,7 +176,7 @@ fn curve(window: &Window, series: &Series, colour: &str) -> Markup {
 }
 
 /// What is drawn of a series: its unbroken pieces, or some of its points.
-pub(super) fn drawn(series: &Series) -> Vec<Vec<(f64, f64)>> {
+pub(super) fn visible(series: &Series) -> Vec<Vec<(f64, f64)>> {
     if matches!(series.style, Style::Line | Style::Dashed) {
         return pieces(&series.curve);
     }

@@ -26,7 +26,7 @@ impl Exporter for Terminal {
         gap(&mut text, outcome);
         effects(&mut text, outcome);
         ties(&mut text, outcome);
-        rest(&mut text, outcome);
+        remaining_sections(&mut text, outcome);
         next(&mut text, outcome);
         blocks(&mut text, "\nNotes", &outcome.notes);
         Ok(text)
@@ -131,7 +131,7 @@ fn ties(text: &mut String, outcome: &Outcome) {
     }
 }
 
-fn rest(text: &mut String, outcome: &Outcome) {
+fn remaining_sections(text: &mut String, outcome: &Outcome) {
     let left = &outcome.unexplained;
     if format::deviates(outcome)
         || !outcome.within_tolerance.is_empty()

@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     if let Some(captured) = &result.captured {
         write_atomically(out, &csv(captured, &setup.config))?;
     }
-    let result = result.whole()?;
+    let result = result.complete()?;
     if asked.knowledge.is_learned() && !matches!(tasks.last(), Some(Task::Excite(_))) {
         commission::succeeded(&result)?;
     }

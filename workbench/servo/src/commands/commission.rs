@@ -78,7 +78,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     })?;
     arguments.log.save(&result.log)?;
     let report = told.transpose()?;
-    result.whole()?;
+    result.complete()?;
     let refused = report.and_then(|report| report.refused);
     refused.map_or(Ok(()), |refused| Err(refusal(&refused).into()))
 }

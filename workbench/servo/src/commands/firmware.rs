@@ -92,7 +92,7 @@ impl Firmware {
     pub fn run_logged(&self, setup: &Setup, tasks: &[Task], log: &Log) -> anyhow::Result<SessionResult> {
         let result = self.run(setup, tasks)?;
         log.save(&result.log)?;
-        Ok(result.whole()?)
+        Ok(result.complete()?)
     }
 
     /// The same; `done` is told as soon as a task is done, with the log so far.

@@ -60,7 +60,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let tasks: Vec<Task> = first.into_iter().chain([motion]).chain(again).collect();
     let mut view = View::new(arguments.fast);
     let result = firmware.run_with(&setup, &tasks, &mut |progress| view.show(&progress))?;
-    let result = result.whole()?;
+    let result = result.complete()?;
     match result.done.last() {
         Some(Done::Tracked(span) | Done::Excited(span, _)) if span.faulted => {
             Err(fault_ended(&result.log).into())

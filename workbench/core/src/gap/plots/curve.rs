@@ -98,7 +98,7 @@ impl Placed<'_> {
     }
 
     /// That law up to the widest value of the variable.
-    fn drawn(&self, plant: &Physics, widest: f64, size: f64) -> Curve {
+    fn sampled(&self, plant: &Physics, widest: f64, size: f64) -> Curve {
         let low = if self.effect.domain == Domain::Turn { 0.0 } else { -widest };
         let x: Vec<f64> = (0..=DRAWN).map(|k| low + (widest - low) * k as f64 / DRAWN as f64).collect();
         Curve { y: x.iter().map(|x| self.law(plant, *x) / size).collect(), x }
@@ -144,7 +144,7 @@ pub fn plot(kept: &Scored, index: usize, with: &[Sample], without: (&Physics, &[
     if data.x.len() < BINS {
         return None;
     }
-    let curve = |plant: &Physics| it.drawn(plant, widest, size);
+    let curve = |plant: &Physics| it.sampled(plant, widest, size);
     Some(Plot {
         title: format!("The curve of {name}"),
         caption: format!(

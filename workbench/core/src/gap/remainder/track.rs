@@ -114,7 +114,7 @@ impl Tracks {
         let mut acting = vec![0.0; size];
         for (block, moment) in track.moments.iter().enumerate() {
             acting.fill(0.0);
-            term.shares(moment, |k, share| acting[k] += share);
+            term.weights(moment, |k, share| acting[k] += share);
             let h = time[block + 1] - time[block];
             for ((reading, integral), share) in all.iter_mut().zip(&acting) {
                 reading[block + 1] =
@@ -129,12 +129,12 @@ impl Tracks {
     fn misread(&self, track: &Track, time: &[f64], term: &Term) -> Vec<(Vec<f64>, Vec<f64>)> {
         let mut all = vec![(vec![0.0; time.len()], vec![0.0; time.len()]); term.values.len()];
         for (point, moment) in track.points.iter().enumerate() {
-            term.shares(moment, |k, share| all[k].0[point] += self.sensor_scale * moment.omega * share);
+            term.weights(moment, |k, share| all[k].0[point] += self.sensor_scale * moment.omega * share);
         }
         for (block, moment) in track.moments.iter().enumerate() {
             let way = self.sensor_scale * moment.omega * (time[block + 1] - time[block]);
             all.iter_mut().for_each(|(_, integral)| integral[block + 1] = integral[block]);
-            term.shares(moment, |k, share| all[k].1[block + 1] += way * share);
+            term.weights(moment, |k, share| all[k].1[block + 1] += way * share);
         }
         all
     }

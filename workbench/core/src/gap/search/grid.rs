@@ -10,7 +10,7 @@ const EVERY: usize = 3;
 const DENSE: usize = 12;
 
 /// What the starts of a grid promise. Starts with the same first parameter, a size, stand together, in the order of their sizes.
-pub(super) fn promised<'g>(grid: &[&'g Vec<f64>], ask: impl Fn(&[&'g Vec<f64>]) -> Vec<Start>) -> Vec<Start> {
+pub(super) fn screened<'g>(grid: &[&'g Vec<f64>], ask: impl Fn(&[&'g Vec<f64>]) -> Vec<Start>) -> Vec<Start> {
     let sizes: Vec<&[&Vec<f64>]> = grid.chunk_by(|a, b| a[0] == b[0]).collect();
     if sizes.len() < DENSE {
         return ask(grid);
@@ -44,7 +44,7 @@ mod tests {
         let rows: Vec<Vec<f64>> = (0..2 * sizes).map(|k| vec![(k / 2) as f64, (k % 2) as f64]).collect();
         let grid: Vec<&Vec<f64>> = rows.iter().collect();
         let look = |rows: &[&Vec<f64>]| rows.iter().map(|row| start((row[0] - best).abs(), row)).collect();
-        let mut places: Vec<usize> = promised(&grid, look).iter().map(|start| start.x[0] as usize).collect();
+        let mut places: Vec<usize> = screened(&grid, look).iter().map(|start| start.x[0] as usize).collect();
         places.sort_unstable();
         assert!(places.chunks(2).all(|both| both[0] == both[1]), "a size without all its starts");
         places.dedup();

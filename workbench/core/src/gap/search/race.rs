@@ -1,7 +1,7 @@
 //! The candidates of a round: screened by their predicted cost, then raced in three fits, each longer and for fewer of them.
 
 use super::evolve::{evolved, spread};
-use super::grid::promised;
+use super::grid::screened;
 use super::screening::{Projector, Start, started};
 use super::{Offer, Search};
 use crate::gap::acceptance::noise::{VISIBLE, at_floor};
@@ -253,7 +253,7 @@ impl<'a> Search<'a, '_> {
             });
             packs.collect()
         };
-        let mut starts = if spread(item.effect).is_some() { promised(grid, look) } else { look(grid) };
+        let mut starts = if spread(item.effect).is_some() { screened(grid, look) } else { look(grid) };
         by_least(&mut starts, |it| it.predicted_cost);
         let predicted_cost = starts.iter().map(|start| start.optimistic_cost).fold(f64::INFINITY, f64::min);
         starts.truncate(2);

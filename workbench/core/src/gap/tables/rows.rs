@@ -76,7 +76,7 @@ impl Rows {
     }
 
     /// The same rows, every one fitted.
-    pub fn whole(&self) -> Self {
+    pub fn all_fitted(&self) -> Self {
         Self { fitted: vec![true; self.volts.len()], ..self.clone() }
     }
 

@@ -42,7 +42,7 @@ pub fn insufficient(log: &Table, reason: String) -> Outcome {
 impl Case<'_> {
     /// The result for an accepted set.
     pub fn outcome(&self, accepted: &Set) -> Outcome {
-        let whole = self.search.rows.whole();
+        let whole = self.search.rows.all_fitted();
         let everything = Search { rows: &whole, ..self.search };
         let found = self.found(accepted, everything);
         let residual = Residual::of(&whole, &found.plant);
@@ -131,7 +131,7 @@ impl Case<'_> {
         let positions: Vec<f64> = marks.iter().map(|m| m.0).collect();
         let regions = words::regions(&positions, self.search.rows.top_v());
         let place = |(region, share)| Where { region, share_of_squared_error: share, also: Vec::new() };
-        words::shares(&residual, &regions).into_iter().map(place).collect()
+        words::error_by_region(&residual, &regions).into_iter().map(place).collect()
     }
 
     fn unexplained(&self, residual: &Residual) -> Unexplained {
@@ -183,7 +183,7 @@ fn compare<'a>(search: &Search<'a>, found: &mut Found<'a>, long: bool, inflation
 /// Where the structured rest sits.
 fn shape(residual: &Residual) -> String {
     let largest = residual.volts.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-    let thirds = words::shares(residual, &words::regions(&[], largest));
+    let thirds = words::error_by_region(residual, &words::regions(&[], largest));
     match thirds.first() {
         Some((region, share)) => {
             format!("a smooth function of the voltage, {:.0} % of it at {region}", 100.0 * share)

@@ -150,7 +150,7 @@ pub fn regions(marks: &[f64], largest: f64) -> Vec<(String, f64, f64)> {
 }
 
 /// Shares of the squared error over regions of |u|, the largest first.
-pub fn shares(residual: &Residual, regions: &[(String, f64, f64)]) -> Vec<(String, f64)> {
+pub fn error_by_region(residual: &Residual, regions: &[(String, f64, f64)]) -> Vec<(String, f64)> {
     let total: f64 = residual.error.iter().map(|e| e * e).sum::<f64>().max(f64::MIN_POSITIVE);
     let inside = |from: f64, to: f64| {
         let rows = residual.volts.iter().zip(&residual.error);

@@ -166,7 +166,7 @@ impl<'a> Sheet<'a> {
 
     /// All rows as one run, the run that each of them belongs to, what drives the axis, and whether it is linear. A row
     /// whose run or bridge is not known has no input.
-    fn whole(&mut self) -> Result<(Run, Vec<f64>, Input, bool), InputError> {
+    fn single_run(&mut self) -> Result<(Run, Vec<f64>, Input, bool), InputError> {
         let mut time = self.column(Quantity::Time)?.ok_or_else(|| self.lacks("for the time"))?;
         from_its_beginning(&mut time);
         let (input, values) = self.input()?;
@@ -194,7 +194,7 @@ impl<'a> Sheet<'a> {
 
     fn dynamic(&mut self, notes: &mut Vec<String>) -> Result<Dynamic, InputError> {
         notes.extend(self.unfold());
-        let (mut whole, mut id, input, linear) = self.whole()?;
+        let (mut whole, mut id, input, linear) = self.single_run()?;
         let merged = rates::merge(&mut whole, |row, other| id[row] == id[other]);
         let same = |row: usize| id[row] == id[row - 1] || id[row].is_nan();
         let mended =

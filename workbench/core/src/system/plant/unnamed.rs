@@ -177,13 +177,13 @@ impl Term {
     #[inline]
     pub fn at(&self, moment: &Moment) -> f64 {
         let mut sum = 0.0;
-        self.shares(moment, |k, share| sum += share * self.values[k]);
+        self.weights(moment, |k, weight| sum += weight * self.values[k]);
         sum
     }
 
-    /// The shares of the values that count at a moment.
+    /// The weights of the values that count at a moment.
     #[inline]
-    pub fn shares(&self, moment: &Moment, mut each: impl FnMut(usize, f64)) {
+    pub fn weights(&self, moment: &Moment, mut each: impl FnMut(usize, f64)) {
         let around = |knots: &Knots| knots.around(moment.of(knots.variable, self.standstill));
         let (a, b, second) = around(&self.over[0]);
         let Some(inner) = self.over.get(1) else {

@@ -122,7 +122,7 @@ pub struct Listening {
 impl SessionResult {
     /// An error if it ended before all tasks were done. A refused commissioning is none, so `done` may be shorter than the
     /// tasks.
-    pub fn whole(mut self) -> Result<Self, InputError> {
+    pub fn complete(mut self) -> Result<Self, InputError> {
         self.broken.take().map_or(Ok(self), Err)
     }
 }
@@ -136,7 +136,7 @@ pub fn run(
     progress: &mut Listener,
 ) -> Result<SessionResult, InputError> {
     let start = Start::Configure(config.into());
-    run_kept(wire, start, Listening { axis: 0, every }, tasks, progress)?.whole()
+    run_kept(wire, start, Listening { axis: 0, every }, tasks, progress)?.complete()
 }
 
 /// The same on any axis, and from what it has stored if need be. What was recorded and done before an error or an
