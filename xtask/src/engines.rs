@@ -1,14 +1,14 @@
 //! Exports in the engines that they are for: a virtual environment in `target/engines` with what can be had, and the scripts of
 //! `tools/engines`.
 
-use crate::process::{root, run};
+use crate::process::{install_or_skip, python_in, root, run};
 use crate::programs::{self, Program};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use std::path::PathBuf;
 use std::process::Command;
 
 /// Versions that the figures of docs/export.md were made with. What cannot be installed is skipped by name.
-const ENGINES: [&str; 4] = ["mujoco==4.0.0", "pybullet==3.2.7", "drake==1.51.1", "fmpy==0.3.32"];
+const ENGINES: [&str; 5] = ["numpy", "mujoco==4.0.0", "pybullet==3.2.7", "drake==1.51.1", "fmpy==0.3.32"];
 
 /// What to run.
 #[derive(clap::Args, Debug)]
@@ -24,19 +24,8 @@ pub struct Choice {
 /// Runs every export in its engine and prints the table.
 pub fn compare(choice: &Choice) -> Result<()> {
     let out = root().join("target/engines");
-    std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
-    let python = out.join("venv/bin/python");
-    if !python.is_file() {
-        run(Command::new("python3").args(["-m", "venv"]).arg(out.join("venv")))
-            .context("the engines need Python 3.11 or later with its module venv")?;
-    }
-    let pip = |package: &str| run(Command::new(&python).args(["-m", "pip", "install", "--quiet", package]));
-    pip("numpy")?;
-    for engine in ENGINES {
-        if pip(engine).is_err() {
-            println!("skipped: {engine} cannot be installed");
-        }
-    }
+    let python = python_in(&out)?;
+    install_or_skip(&python, &ENGINES);
     let truing = programs::built(Program::Truing, choice.truing.as_deref())?;
     let folder = out.join("cases").display().to_string();
     run(programs::engine_cases().arg(&folder))?;

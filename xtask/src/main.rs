@@ -8,6 +8,7 @@ mod figures;
 mod flash;
 mod image;
 mod instructions;
+mod motors;
 mod mutants;
 mod page;
 mod panics;
@@ -105,6 +106,8 @@ enum Command {
     Peers(peers::Choice),
     /// Run exported models in MuJoCo, PyBullet and Drake beside `truing simulate`, and print how far they are apart.
     Engines(engines::Choice),
+    /// Run `truing improve` on motors of MuJoCo, scipy and gym-electric-motor behind the image in QEMU, and print what it was worth.
+    Motors(motors::Choice),
     /// Run every test: formatting, lints, host tests, both images, the image in QEMU, the documentation.
     Test {
         /// The long proofs whole, of which the ordinary run does a part: all rigs, all power cuts, all boards. Takes twice as long.
@@ -139,6 +142,7 @@ fn run(command: Command) -> Result<()> {
         Command::Mutants { choice } => mutants::check(&choice),
         Command::Peers(choice) => peers::compare(&choice),
         Command::Engines(choice) => engines::compare(&choice),
+        Command::Motors(choice) => motors::improve(&choice),
         Command::Page { choice } => page::page(&choice),
         Command::House => process::run(&mut Program::House.run()),
         Command::Wheel { check } => wheel::wheel(check),

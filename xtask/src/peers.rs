@@ -1,9 +1,9 @@
 //! Other programs on the same data: a virtual environment in `target/peers` with what can be had, the scripts of
 //! `evaluation/peers`, and the table of `docs/results/peers.md`.
 
-use crate::process::{root, run};
+use crate::process::{python_in, root, run};
 use crate::programs::{self, Program};
-use anyhow::{Context, Result};
+use anyhow::Result;
 use std::path::PathBuf;
 use std::process::Command;
 
@@ -62,12 +62,7 @@ struct Bench {
 impl Bench {
     fn new(choice: &Choice) -> Result<Self> {
         let out = root().join("target/peers");
-        std::fs::create_dir_all(&out).with_context(|| format!("cannot create {}", out.display()))?;
-        let python = out.join("venv/bin/python");
-        if !python.is_file() {
-            run(Command::new("python3").args(["-m", "venv"]).arg(out.join("venv")))
-                .context("the peers need Python 3.11 or later with its module venv")?;
-        }
+        let python = python_in(&out)?;
         let data = root().join(&choice.data).display().to_string();
         Ok(Self {
             python,

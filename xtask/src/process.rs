@@ -16,11 +16,35 @@ pub fn root() -> PathBuf {
 pub fn cargo(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.args(arguments).current_dir(root());
-    // A QEMU that could not be installed lies beside what is built.
+    with_qemu(command)
+}
+
+/// A command whose programs find QEMU: one that could not be installed lies beside what is built.
+pub fn with_qemu(mut command: Command) -> Command {
     if let (None, None, Some(qemu)) = (find(QEMU), std::env::var_os("TRUING_QEMU"), unpacked_qemu()) {
         command.env("TRUING_QEMU", qemu);
     }
     command
+}
+
+/// The Python of a virtual environment in this folder; both are made if they are missing.
+pub fn python_in(folder: &Path) -> Result<PathBuf> {
+    std::fs::create_dir_all(folder).with_context(|| format!("cannot create {}", folder.display()))?;
+    let python = folder.join("venv/bin/python");
+    if !python.is_file() {
+        run(Command::new("python3").args(["-m", "venv"]).arg(folder.join("venv")))
+            .context("this needs Python 3.11 or later with its module venv")?;
+    }
+    Ok(python)
+}
+
+/// Installs these packages where they can be had; the others are skipped by name.
+pub fn install_or_skip(python: &Path, packages: &[&str]) {
+    for package in packages {
+        if run(Command::new(python).args(["-m", "pip", "install", "--quiet", package])).is_err() {
+            println!("skipped: {package} cannot be installed");
+        }
+    }
 }
 
 /// Runs to the end; a failure names the command.
