@@ -1,14 +1,16 @@
 //! `truing improve` on drawn motors: `cargo run -p evaluation -- improve --motors 20`.
 //!
 //! Every motor is one of the case generator's, with effects that nobody is told of, behind the servo's library. The servo knows
-//! supply, rated speed and encoder. One run of the loop; afterwards the same motor, with other noise, follows a sine at a fifth of
+//! supply, rated speed and encoder. With `--image` the image in QEMU is the servo, and the library once more beside it. One run of the loop; afterwards the same motor, with other noise, follows a sine at a fifth of
 //! full speed and a slow crawl with the numbers of before and of after.
 
 use evaluation::Results;
 use rayon::prelude::*;
 use std::time::Instant;
 use trials::case_motor::{CaseMotor, config};
+use trials::firmware;
 use trials::host_servo::{HostServo, Outside};
+use truing::device::link::{Lockstep, Wire};
 use truing::device::session::Listening;
 use truing::improve::bench::Bench;
 use truing::improve::candidate;
@@ -39,6 +41,9 @@ pub struct Arguments {
     /// Give the loop the data sheet, too: the linear model, off by its tolerance.
     #[arg(long)]
     sheet: bool,
+    /// Through the image in QEMU, and a second time through the library; the last column tells whether both ended alike.
+    #[arg(long)]
+    image: bool,
     /// Tell how each of them goes, as the command does.
     #[arg(long)]
     tell: bool,
@@ -62,6 +67,15 @@ struct Seen {
     /// How many times smaller the errors are, sine and crawl; 1 where nothing was kept.
     ratios: Option<[f64; 2]>,
     kept: bool,
+    /// Numbers in force in the end, of what was kept last.
+    numbers: Vec<f64>,
+}
+
+/// What runs the control tick.
+#[derive(Clone, Copy)]
+enum Through {
+    Library,
+    Image,
 }
 
 pub fn run(arguments: Arguments) {
@@ -77,7 +91,11 @@ pub fn run(arguments: Arguments) {
         })
         .take(arguments.motors)
         .collect();
-    let seen: Vec<Seen> = seeds.par_iter().map(|&seed| improved(&arguments, &spec, seed)).collect();
+    let through = if arguments.image { Through::Image } else { Through::Library };
+    let every = |through| {
+        seeds.par_iter().map(|&seed| improved(&arguments, &spec, seed, through)).collect::<Vec<_>>()
+    };
+    let seen = every(through);
     page.line("| motor | hidden | named | outcome | motor time, s | sine, error before / after | crawl, error before / after |\n|---|---|---|---|---|---|---|");
     for it in &seen {
         let [sine, crawl] = it
@@ -87,6 +105,9 @@ pub fn run(arguments: Arguments) {
         page.line(format!("| {seed} | {hidden} | {named} | {outcome} | {motor_s:.1} | {sine} | {crawl} |"));
     }
     summary(&mut page, &seen);
+    if arguments.image {
+        compare(&mut page, &seen, &every(Through::Library));
+    }
     let last = seeds.last().copied().unwrap_or_default();
     page.close(&format!("{} … {last}, those with an encoder at the motor", arguments.first));
 }
@@ -114,14 +135,41 @@ fn summary(page: &mut evaluation::Page, seen: &[Seen]) {
     page.line(format!("Motor time at most {longest:.1} s; host time at most {slowest:.1} s."));
 }
 
-fn servo(case: &Case, noise: u64, outside: &Outside) -> Box<HostServo> {
-    let motor = CaseMotor::new(case, noise).expect("it was asked before");
-    Box::new(HostServo::power_up(Box::new(motor), config(case), outside))
+/// Did image and library end alike?
+fn compare(page: &mut evaluation::Page, image: &[Seen], library: &[Seen]) {
+    let pairs = || image.iter().zip(library);
+    let named = pairs().filter(|(a, b)| a.named == b.named).count();
+    let ended = pairs().filter(|(a, b)| a.outcome == b.outcome).count();
+    for (a, b) in pairs().filter(|(a, b)| (&a.named, &a.outcome) != (&b.named, &b.outcome)) {
+        page.line(format!("{} through the library: {}; {}", a.seed, b.named, b.outcome));
+    }
+    let apart = pairs().map(|(a, b)| apart(a, b)).fold(0.0, f64::max);
+    page.line(format!(
+        "Of {} motors, image and library named the same in {named} and ended alike in {ended}; numbers in force where both kept as many are \
+         at most {:.2} % apart.",
+        image.len(),
+        100.0 * apart
+    ));
+}
+
+/// The largest relative difference of the numbers of two runs of one motor.
+fn apart(a: &Seen, b: &Seen) -> f64 {
+    let same = a.numbers.len() == b.numbers.len();
+    let pairs = a.numbers.iter().zip(&b.numbers).filter(|(a, b)| same && a != b);
+    pairs.map(|(a, b)| ((a - b) / a).abs()).fold(0.0, f64::max)
+}
+
+fn servo(case: &Case, noise: u64, through: Through) -> Box<dyn Wire> {
+    let motor = Box::new(CaseMotor::new(case, noise).expect("it was asked before"));
+    match through {
+        Through::Library => Box::new(HostServo::power_up(motor, config(case), &Outside::default())),
+        Through::Image => Box::new(Lockstep::start(&firmware::qemu(), motor, config(case)).expect("QEMU")),
+    }
 }
 
 /// One run of the loop, and what it was worth.
-fn improved(arguments: &Arguments, spec: &Spec, seed: u32) -> Seen {
-    let (case, outside) = (cases::draw(spec, seed), Outside::default());
+fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> Seen {
+    let case = cases::draw(spec, seed);
     let folder = tempfile::tempdir().expect("a folder");
     let begin = Instant::now();
     let job = Job {
@@ -132,7 +180,7 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32) -> Seen {
         seed: u64::from(seed),
         analyse: Box::new(candidate::analysed),
     };
-    let bench = Bench::new(servo(&case, u64::from(seed), &outside), LISTENING);
+    let bench = Bench::new(servo(&case, u64::from(seed), through), LISTENING);
     let mut tell = |text: &str| {
         if arguments.tell {
             eprintln!("{seed}: {text}");
@@ -164,15 +212,26 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32) -> Seen {
         host_s,
         ratios: None,
         kept: false,
+        numbers: Vec::new(),
     };
     match found {
         Ok(found) => {
             // A later round begins from the names of those before.
             let mut names = found.entries.iter().rev().map(|entry| entry.names.join(", "));
             let names = names.find(|names| !names.is_empty()).unwrap_or_default();
-            let ratios = if found.improved { worth(&case, &found) } else { Some([1.0; 2]) };
+            let ratios = if found.improved { worth(&case, &found, through) } else { Some([1.0; 2]) };
             let outcome = format!("{}: {}", if found.improved { "kept" } else { "as it was" }, found.why);
-            Seen { named: names, outcome, motor_s: found.motor_s, ratios, kept: found.improved, ..seen }
+            let kept = found.entries.iter().rev().find(|entry| entry.kept);
+            let numbers = kept.iter().flat_map(|entry| &entry.numbers).map(|it| it.value).collect();
+            Seen {
+                named: names,
+                outcome,
+                motor_s: found.motor_s,
+                ratios,
+                kept: found.improved,
+                numbers,
+                ..seen
+            }
         }
         Err(error) => Seen { outcome: format!("{error:#}"), ..seen },
     }
@@ -197,9 +256,8 @@ fn sheet(case: &Case) -> model::Model {
 }
 
 /// Errors of before over errors of after.
-fn worth(case: &Case, found: &Improved) -> Option<[f64; 2]> {
-    let wire = servo(case, OTHER_NOISE, &Outside::default());
-    let mut bench = Bench::new(wire, LISTENING);
+fn worth(case: &Case, found: &Improved, through: Through) -> Option<[f64; 2]> {
+    let mut bench = Bench::new(servo(case, OTHER_NOISE, through), LISTENING);
     match trial::run(&mut bench, [&found.began_with?, &found.in_force?], f64::INFINITY).ok()? {
         Tried::Whole(trial) => {
             let ratios: Vec<f64> = trial.motions.iter().map(|it| it.ratio.mean).collect();
