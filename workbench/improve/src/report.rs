@@ -20,7 +20,8 @@ pub fn page(improved: &Improved, command: &str) -> Document {
 const HOW: &str = "Each candidate was put in force beside the stored parameters, the motor followed the same motions with the old \
                    and the new numbers in turns, and only what follows better beyond doubt was stored.";
 
-fn summary(improved: &Improved) -> Section {
+/// What was tried, and what it brought.
+pub fn summary(improved: &Improved) -> Section {
     Section {
         title: "What was tried".into(),
         text: vec![HOW.into()],

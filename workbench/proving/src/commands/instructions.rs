@@ -22,28 +22,7 @@ const COUNTS_PER_INSTRUCTION: f64 = 2.688;
 const ICOUNT_SHIFT: u8 = 4;
 
 /// A gear motor in the middle of what the identifier is made for.
-const MOTOR: &str = r#"
-schema = "truing-model/1"
-[model]
-kind = "dc_motor"
-[motor]
-R_ohm = 2.0
-L_h = 0.001
-Kt_nm_per_a = 0.05
-Ke_vs_per_rad = 0.05
-J_kgm2 = 0.0001
-b_nms_per_rad = 0.00002
-[supply]
-nominal_v = 12.0
-[encoder]
-counts_per_rev = 2048
-[sensors]
-current_logged = true
-[known.coulomb_friction]
-level_nm = 0.025
-[known.voltage_saturation]
-limit_v = 9.5
-"#;
+const MOTOR: &str = include_str!("instructions.toml");
 
 /// Arguments of `truing instructions`.
 #[derive(Args, Debug)]

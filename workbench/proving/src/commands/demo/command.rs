@@ -26,6 +26,8 @@ pub fn run(options: &Options) -> anyhow::Result<()> {
     })?;
     let out = options.out.display();
     outln!("\nThe report: {out}/report.html");
-    outln!("Beside it: summary.json, model-before.toml, model-after.toml, run.csv, hidden-motor.toml");
+    outln!(
+        "Beside it: summary.json, model-before.toml, model-after.toml, run.csv, hidden-motor.toml, improve/"
+    );
     Ok(())
 }

@@ -1,6 +1,7 @@
 //! The chip's estimates, the workbench's and the hidden truth side by side.
 
 use super::HiddenServo;
+use crate::commands::paper::denominator;
 use anyhow::Result;
 use serde::Serialize;
 use truing_core::system::effects::{DEAD_ZONE, DEAD_ZONE_ASYMMETRIC, Effect, VOLTAGE_SATURATION};
@@ -37,23 +38,12 @@ pub struct Comparison {
 impl Comparison {
     /// `extended` is the text of the model with the effects that the workbench has named.
     pub fn new(hidden: &HiddenServo, chip: &CommissionJson, extended: &str) -> Result<Self> {
-        let found = Found::from(&model::parse("model-after.toml", extended)?);
-        let truth = [
-            hidden.dead_zone_pos_v,
-            hidden.dead_zone_neg_v,
-            hidden.saturation_pos_v(),
-            hidden.saturation_neg_v(),
-            hidden.motor.gain(),
-            hidden.motor.time_constant(),
-        ];
-        let workbench = [
-            found.dead_zone.map(|zone| zone[0]),
-            found.dead_zone.map(|zone| zone[1]),
-            found.saturation(0),
-            found.saturation(1),
-            Some(found.gain),
-            Some(found.time_constant),
-        ];
+        let numbers = |name: &str, text: &str| {
+            Ok::<_, anyhow::Error>(Found::from(&model::parse(name, text)?).numbers())
+        };
+        let workbench = numbers("model-after.toml", extended)?;
+        let truth =
+            numbers("hidden-motor.toml", &hidden.motor_toml())?.map(|value| value.unwrap_or(f64::NAN));
         let lines = chip.found.numbers().into_iter().zip(truth.into_iter().zip(workbench)).map(
             |((quantity, unit, chip), (truth, workbench))| {
                 let error = |value: f64| 100.0 * (value / truth - 1.0);
@@ -135,16 +125,21 @@ impl Found {
         let asymmetric = named(&DEAD_ZONE_ASYMMETRIC).map(|known| [known.values[0], known.values[1]]);
         let symmetric = named(&DEAD_ZONE).map(|known| [known.values[0]; 2]);
         let plant = model.physics();
+        // The sum of the time constants of speed: what the chip finds.
+        let [_, sum, damping] = denominator(&plant);
         Found {
             dead_zone: asymmetric.or(symmetric),
             limit: named(&VOLTAGE_SATURATION).map(|known| known.values[0]),
             gain: plant.dc_gain(),
-            time_constant: plant.time_constant_s(),
+            time_constant: sum / damping,
         }
     }
 
-    /// Terminal voltage of the limit: behind a dead zone it is reached later.
-    fn saturation(&self, side: usize) -> Option<f64> {
-        self.limit.map(|limit| limit + self.dead_zone.map_or(0.0, |zone| zone[side]))
+    /// In the order of the commissioning's report.
+    fn numbers(&self) -> [Option<f64>; 6] {
+        let zone = |side: usize| self.dead_zone.map(|zone| zone[side]);
+        // Terminal voltage of the limit: behind a dead zone it is reached later.
+        let limit = |side: usize| self.limit.map(|limit| limit + zone(side).unwrap_or(0.0));
+        [zone(0), zone(1), limit(0), limit(1), Some(self.gain), Some(self.time_constant)]
     }
 }

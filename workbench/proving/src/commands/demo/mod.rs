@@ -1,9 +1,10 @@
 //! The main job end to end: the paper's own case, a servo with a hidden nonlinearity in QEMU, the gap workflow on its
-//! log, and one report.
+//! log, the loop that closes itself, and one report.
 
 pub mod command;
 mod comparison;
 mod hidden;
+mod last_act;
 mod paper_case;
 mod servo_case;
 
@@ -17,6 +18,7 @@ use clap::Args;
 use serde::Serialize;
 use std::path::{Path, PathBuf};
 use truing_core::outcome::Outcome;
+use truing_improve::improving::Improved;
 use truing_report::report::html::Document;
 use truing_report::report::{Exporter, terminal::Terminal, write_atomically};
 use truing_servo::device::motor::qemu;
@@ -51,7 +53,7 @@ pub enum Event<'a> {
 pub type Listener<'a> = dyn FnMut(Event) + Send + 'a;
 
 /// `summary.json`.
-#[derive(Clone, Debug, Serialize)]
+#[derive(Debug, Serialize)]
 pub struct Summary {
     /// `truing-demo/1`.
     pub schema: &'static str,
@@ -69,6 +71,8 @@ pub struct Summary {
     pub track_on: TrackJson,
     /// Control ticks of which the replay on the host gave the same bits.
     pub replayed_ticks: usize,
+    /// What `truing improve` made of a motor with cogging.
+    pub improved: Improved,
 }
 
 /// Runs it all. An error leaves earlier output in place.
@@ -90,6 +94,10 @@ pub fn run(options: &Options, say: &mut Listener) -> Result<Summary> {
     let comparison = Comparison::new(&hidden, &case.commission, &extended)?;
     say(Event::Found(comparison.text()));
 
+    say(Event::Step("The loop closes itself: `truing improve` on that motor, with hidden cogging"));
+    let improved = last_act::run(&hidden, options, say)?;
+    say(Event::Found(last_act::describe(&improved)));
+
     let summary = Summary {
         schema: "truing-demo/1",
         seed: options.seed,
@@ -99,6 +107,7 @@ pub fn run(options: &Options, say: &mut Listener) -> Result<Summary> {
         track_off: case.track_off.clone(),
         track_on: case.track_on.clone(),
         replayed_ticks: case.replay.ticks,
+        improved,
     };
     write(&options.out, &hidden, &case, &extended, &summary)?;
     Ok(summary)
@@ -123,6 +132,7 @@ fn write(
     )
     .section(summary.comparison.section())
     .section(case.section())
+    .section(last_act::section(&summary.improved))
     .gap("The gap workflow on the servo's log", &servo_case::INTRODUCTION, &summary.servo)
     .gap("The paper's table", &paper_case::INTRODUCTION, &summary.paper)
     .section(paper::claims())

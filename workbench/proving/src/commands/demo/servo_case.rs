@@ -12,7 +12,7 @@ use truing_core::gap;
 use truing_core::outcome::{Curve, Outcome, Plot, Role, Series, Style};
 use truing_core::system::model;
 use truing_files::log::{self, Columns, Dynamic, Log};
-use truing_report::report::section::{Check, Section, Table};
+use truing_report::report::section::{Check, Section};
 use truing_report::report::{Exporter, model_file::ModelFile, write_atomically};
 use truing_servo::device::axis_file;
 use truing_servo::device::commission_report::CommissionJson;
@@ -69,7 +69,7 @@ impl ServoCase {
             sine(f64::from(config.rated_speed_rad_s), false),
             sine(f64::from(config.rated_speed_rad_s), true),
         ];
-        let wire = connect(hidden, options, &config)?;
+        let wire = connect(&hidden.motor_toml(), options, &config)?;
         let result =
             session::run(wire, config, 1, &tasks, &mut |at| say(Event::Progress(at.task, Some(at.share))))?;
         let commission = match result.done.first() {
@@ -158,7 +158,6 @@ impl ServoCase {
                     .into(),
             ],
             plots: self.plots(),
-            tables: vec![self.estimates()],
             checks: vec![
                 Check {
                     claim: "The same raw integers give the same bits on the host".into(),
@@ -171,21 +170,7 @@ impl ServoCase {
                     holds: self.improvement() > 1.0,
                 },
             ],
-        }
-    }
-
-    fn estimates(&self) -> Table {
-        let row = |(name, unit, number): (&str, &str, truing_servo::device::commission_report::Number)| {
-            let text = |value: Option<f64>| value.map_or("–".to_string(), |value| format!("{value:.4}"));
-            let trust = if number.trusted { "yes" } else { number.reason.unwrap_or("no") };
-            vec![name.into(), unit.into(), text(number.value), text(number.u95), trust.into()]
-        };
-        Table {
-            caption: format!("What the chip found in {:.1} s", self.commission.duration_s),
-            header: ["quantity", "unit", "estimate", "half width, 95 %", "trusted"]
-                .map(String::from)
-                .to_vec(),
-            rows: self.commission.found.numbers().into_iter().map(row).collect(),
+            ..Section::default()
         }
     }
 
@@ -234,10 +219,10 @@ fn span(done: Option<&Done>) -> Option<Span> {
 }
 
 /// The hidden motor reaches the virtual motor alone, through a file that is removed when the session has begun.
-fn connect(hidden: &HiddenServo, options: &Options, config: &Config) -> Result<Box<dyn Wire>> {
+pub fn connect(motor: &str, options: &Options, config: &Config) -> Result<Box<dyn Wire>> {
     let folder = tempfile::tempdir().context("no temporary folder can be made")?;
     let path = folder.path().join("motor.toml");
-    write_atomically(&path, &hidden.motor_toml())?;
+    write_atomically(&path, motor)?;
     let image = qemu::Options { image: options.image.clone(), ..qemu::Options::default() };
     Ok(session::connect(&Door::Builtin(path), config, options.seed, &image)?)
 }

@@ -84,6 +84,15 @@ impl Claim {
         }
     }
 
+    /// `[motor]` of a model file.
+    pub fn table(&self) -> String {
+        let Self { R_ohm, L_h, K_nm_per_a, J_kgm2, b_nms_per_rad } = self;
+        format!(
+            "[motor]\nR_ohm = {R_ohm}\nL_h = {L_h}\nKt_nm_per_a = {K_nm_per_a}\nKe_vs_per_rad = {K_nm_per_a}\n\
+             J_kgm2 = {J_kgm2}\nb_nms_per_rad = {b_nms_per_rad}\n"
+        )
+    }
+
     /// Off by N(0, tolerance), cut at 2 tolerances; a parameter whose error is the hidden effect keeps its value.
     pub fn with_errors(mut self, rng: &mut ChaCha8Rng, tolerance: f64, hidden: &[&Effect]) -> Self {
         let mut off = |value: &mut f64, effect: Option<&Effect>| {

@@ -318,13 +318,11 @@ impl Draft {
     }
 
     fn model_file(&self, claimed: &Claim, sensors: &Sensors, at_load: bool) -> String {
-        let Claim { R_ohm, L_h, K_nm_per_a, J_kgm2, b_nms_per_rad } = claimed;
         let volts = self.natural.volts;
         format!(
-            "schema = \"truing-model/1\"\n[model]\nkind = \"dc_motor\"\n[motor]\nR_ohm = {R_ohm}\nL_h = {L_h}\n\
-             Kt_nm_per_a = {K_nm_per_a}\nKe_vs_per_rad = {K_nm_per_a}\nJ_kgm2 = {J_kgm2}\nb_nms_per_rad = {b_nms_per_rad}\n\
-             gear_ratio = {:.1}\n[tolerance]\ndefault = {}\n[supply]\nnominal_v = {volts:.1}\nlimit_v = {volts:.1}\n{}\
-             [log]\nsample_hz = {:.3}\n",
+            "schema = \"truing-model/1\"\n[model]\nkind = \"dc_motor\"\n{}gear_ratio = {:.1}\n[tolerance]\ndefault = {}\n\
+             [supply]\nnominal_v = {volts:.1}\nlimit_v = {volts:.1}\n{}[log]\nsample_hz = {:.3}\n",
+            claimed.table(),
             self.natural.gear_ratio,
             self.natural.tolerance,
             sensors.describe(at_load),
