@@ -4,7 +4,7 @@
 use crate::process::{install_or_skip, python_in, root, run};
 use crate::programs::{self, Program};
 use anyhow::Result;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::process::Command;
 
 /// Versions that the figures of docs/export.md were made with. What cannot be installed is skipped by name.
@@ -13,7 +13,7 @@ const ENGINES: [&str; 5] = ["numpy", "mujoco==4.0.0", "pybullet==3.2.7", "drake=
 /// What to run.
 #[derive(clap::Args, Debug)]
 pub struct Choice {
-    /// The round trip as well: a log of each effect made by the engine, searched for names. Takes minutes.
+    /// The round trip alone: logs of drawn motors with one effect each, made by the engine and searched for names. Takes half an hour.
     #[arg(long)]
     back: bool,
     /// A Truing that is built already.
@@ -27,20 +27,23 @@ pub fn compare(choice: &Choice) -> Result<()> {
     let python = python_in(&out)?;
     install_or_skip(&python, &ENGINES);
     let truing = programs::built(Program::Truing, choice.truing.as_deref())?;
-    let folder = out.join("cases").display().to_string();
-    run(programs::engine_cases().arg(&folder))?;
-    let script = |name: &str| {
+    let (cases, trips) = (out.join("cases"), out.join("trips"));
+    let script = |name: &str, folder: &Path| {
         let mut command = Command::new(&python);
-        command.arg(root().join("tools/engines").join(name)).args(["--truing", &truing, "--folder", &folder]);
+        command
+            .arg(root().join("tools/engines").join(name))
+            .args(["--truing", &truing, "--folder"])
+            .arg(folder);
         command
     };
-    let mut mujoco = script("mujoco_runs.py");
     if choice.back {
-        mujoco.arg("--back");
+        run(programs::engine_trips().arg(&trips))?;
+        return run(&mut script("mujoco_back.py", &trips));
     }
-    run(&mut mujoco)?;
-    run(&mut script("urdf_runs.py"))?;
+    run(programs::engine_cases().arg(&cases))?;
+    run(&mut script("mujoco_runs.py", &cases))?;
+    run(&mut script("urdf_runs.py", &cases))?;
     // It lies where Cargo builds, whatever Truing was named.
     run(&mut programs::fmu_library())?;
-    run(script("fmu_runs.py").arg("--library").arg(programs::fmu_library_in("debug")))
+    run(script("fmu_runs.py", &cases).arg("--library").arg(programs::fmu_library_in("debug")))
 }

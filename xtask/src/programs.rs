@@ -84,6 +84,11 @@ pub fn engine_cases() -> Command {
     cargo(&["run", "--quiet", "--package", "truing-export", "--example", "engine_cases", "--"])
 }
 
+/// The program that draws the round trips of `cargo xtask engines --back`, up to its own arguments.
+pub fn engine_trips() -> Command {
+    cargo(&["run", "--quiet", "--package", "trials", "--example", "engine_trips", "--"])
+}
+
 /// Builds the library that FMUs carry.
 pub fn fmu_library() -> Command {
     cargo(&["rustc", "--package", "truing-fmu", "--lib", "--crate-type", "cdylib"])

@@ -150,7 +150,8 @@ pub struct Case {
 pub struct Rig {
     /// The motor, and what hides in it.
     pub subject: Subject,
-    sensors: Sensors,
+    /// Its sensors.
+    pub sensors: Sensors,
     /// The motor's natural scales.
     pub natural: Natural,
 }
