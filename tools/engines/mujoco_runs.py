@@ -2,10 +2,11 @@
 
 One line a case; the last lines are the table. Errors are rms of the difference of speeds over the rms of the speed.
 """
-import argparse, csv, math, pathlib, re, subprocess
+import argparse, csv, math, pathlib, subprocess
 import mujoco
 import numpy as np
 from mujoco_servo import Servo
+from truth import moved, rms, simulated
 
 ROW_S = 1e-3
 LIMITS = {"native": 0.3, "helper": 0.5, "half": 0.1}
@@ -32,27 +33,16 @@ def run(xml, u, parts=1):
     return servo.driven(u)[0], servo.helper is not None
 
 
-def rms(x):
-    return float(np.sqrt(np.mean(np.square(x))))
-
-
 def one(truing, folder, name, u):
     model, xml = folder / f"{name}.toml", folder / f"{name}.xml"
     xml.with_name(name + "_helper.py").unlink(missing_ok=True)
     subprocess.run([truing, "export", "--to", "mjcf", model, "--out", xml], check=True, stderr=subprocess.DEVNULL)
-    truth = folder / f"{name}.csv"
-    subprocess.run([truing, "simulate", "--model", model, "--input", folder / "input.csv", "--out", truth], check=True)
-    wanted = np.genfromtxt(truth, delimiter=",", names=True)["omega_rad_s"]
+    wanted = simulated(truing, model, folder / "input.csv")
     speed, helped = run(xml, u)
     finer, _ = run(xml, u, 2)
     scale = 100 / max(rms(wanted), 1e-9)
-    # What a resistance of 0.05 % more does to the truth: beyond a limit the case tells nothing of the engine.
-    near = folder / "near.toml"
-    near.write_text(re.sub(r"R_ohm = (\S+)", lambda it: f"R_ohm = {float(it[1]) * 1.0005!r}", model.read_text()))
-    subprocess.run([truing, "simulate", "--model", near, "--input", folder / "input.csv", "--out", folder / "near.csv"], check=True)
-    near.unlink()
-    moved = np.genfromtxt(folder / "near.csv", delimiter=",", names=True)["omega_rad_s"]
-    return {"case": name, "kind": "helper" if helped else "native", "error": scale * rms(speed - wanted), "half": scale * rms(finer - speed), "moved": scale * rms(moved - wanted)}
+    near = moved(truing, model, folder / "input.csv", wanted)
+    return {"case": name, "kind": "helper" if helped else "native", "error": scale * rms(speed - wanted), "half": scale * rms(finer - speed), "moved": scale * near}
 
 
 def main():

@@ -26,7 +26,8 @@ class Servo:
         self.places = [self.model.sensor(name).adr[0] for name in ("speed", "angle")]
 
     def driven(self, volts):
-        """Holds each of the inputs for one row. At the start of each row: the speed and angle shown, and the motor's torque just before."""
+        """Holds each of the inputs for one row. At the start of each row: the speed and angle shown, the motor's torque, and its current as
+        far as the helper knows it, else no number."""
         rows = [self.shown()]
         for level in volts[:-1]:
             self.data.ctrl[0] = level
@@ -37,10 +38,11 @@ class Servo:
 
     def shown(self):
         torque = self.data.actuator_force[self.motor]
+        current = getattr(self.helper, "current", np.nan)
         # Sensors are those of the start of a step; this brings them up to its end.
         mujoco.mj_fwdPosition(self.model, self.data)
         mujoco.mj_fwdVelocity(self.model, self.data)
         mujoco.mj_sensorPos(self.model, self.data)
         mujoco.mj_sensorVel(self.model, self.data)
         speed, angle = (self.data.sensordata[place] for place in self.places)
-        return self.read(self.data) if self.read else speed, angle, torque
+        return self.read(self.data) if self.read else speed, angle, torque, current

@@ -2,7 +2,8 @@
 //!
 //! `engine_trips FOLDER [CASES]`, that many of each effect. Cases are singles of the naming evaluation (docs/naming.md), evaluation seeds in
 //! their order. Taken is what the exported file can play: the effect in the form of the library, a tacho and white noise; and
-//! what is judged there: an effect visible beyond 0.3 σ. No file opens the bridge, so coast-downs are driven with 0 V.
+//! what is judged there: an effect visible beyond 0.3 σ. No file opens the bridge, so coast-downs are driven with 0 V; what they would tell, the
+//! current tells, which an engine has always: its torque over the torque constant.
 //!
 //! Each folder gets `nominal.toml`, the model file of the case; `extended.toml`, the motor's own numbers and the effect; the inputs `log.csv`
 //! and `holdout.csv`; and `trip.toml`, which tells what an engine's log needs beside them.
@@ -93,31 +94,28 @@ fn extended(trip: &Trip) -> String {
     text
 }
 
-/// What an engine's log needs beside the input. `constant_nm_per_a`: the torque over the current, or nothing where no current is
-/// logged or the torque does not follow it by a constant.
+/// What an engine's log needs beside the input.
 fn described(trip: &Trip) -> String {
-    let (answer, sensors) = (&trip.case.answer, &trip.case.rig.sensors);
+    let (answer, rig) = (&trip.case.answer, &trip.case.rig);
     let right: Vec<&str> =
         LIBRARY.iter().map(|effect| effect.name).filter(|name| group(name) == group(trip.effect)).collect();
-    let mut text = format!(
+    format!(
         "seed = {}\neffect = \"{}\"\nright = {right:?}\nvisibility = {:?}\ntolerance = {:?}\nsigma_rad_s = {:?}\n\
-         interval_s = {:?}\ncounts_per_rev = {}\nvolts = {:?}\nsettled_s = {:?}\ntable = {}\n",
+         current_sigma_a = {:?}\nconstant_nm_per_a = {:?}\ninterval_s = {:?}\ncounts_per_rev = {}\nvolts = {:?}\n\
+         settled_s = {:?}\ntable = {}\n",
         answer.seed,
         trip.effect,
         answer.hidden[0].visibility,
         answer.tolerance,
-        sensors.sigma,
-        sensors.interval_s,
-        sensors.counts_per_rev,
-        trip.case.rig.natural.volts,
-        8.0 * trip.case.rig.natural.tau,
+        rig.sensors.sigma,
+        rig.sensors.current.unwrap_or_default(),
+        rig.subject.motor.torque_constant,
+        rig.sensors.interval_s,
+        rig.sensors.counts_per_rev,
+        rig.natural.volts,
+        8.0 * rig.natural.tau,
         trip.effect == VOLTAGE_SATURATION_ASYMMETRIC.name,
-    );
-    let motor = &trip.case.rig.subject.motor;
-    if let Some(rms) = sensors.current.filter(|_| motor.torque_knee_a.is_infinite()) {
-        let _ = writeln!(text, "current_sigma_a = {rms:?}\nconstant_nm_per_a = {:?}", motor.torque_constant);
-    }
-    text
+    )
 }
 
 fn input(record: &Sheet) -> String {
@@ -142,7 +140,7 @@ fn main() -> std::io::Result<()> {
     let folder = Path::new(arguments.get(1).map_or("target/engines/trips", String::as_str));
     let cases = arguments.get(2).and_then(|count| count.parse().ok()).unwrap_or(2);
     let first = arguments.get(3).and_then(|seed| seed.parse().ok()).unwrap_or(1);
-    let spec = Spec { dirty: Some(false), evaluation: true, ..Spec::new(Set::Single) };
+    let spec = Spec { dirty: Some(false), current: Some(true), evaluation: true, ..Spec::new(Set::Single) };
     let mut found: BTreeMap<&str, Vec<Trip>> = BTreeMap::new();
     let mut missing = cases * LIBRARY.len();
     for case in (first..).map(|seed| draw(&spec, seed)).filter(is_taken) {

@@ -51,6 +51,18 @@ fn the_table_says_what_the_files_do() {
     }
 }
 
+/// MuJoCo's `dcmotor` holds either alone; of both it would keep the electrical time constant of the cold winding.
+#[test]
+fn a_winding_with_inductance_that_warms_up_is_the_helpers() {
+    let plan = |text: &str| Plan::of(&of(text).physics()).actuator;
+    let warm = format!("{MOTOR}[known.thermal_resistance]\nrise_per_w = 0.1\ntime_constant_s = 2.0\n");
+    let wound = |text: &str| text.replace("[motor]\n", "[motor]\nL_h = 1e-3\n");
+    assert_eq!([plan(&warm), plan(&wound(MOTOR))], [Actuator::DcMotor; 2]);
+    assert_eq!(plan(&wound(&warm)), Actuator::Helper);
+    let program = helper::written(&of(&wound(&warm)).physics(), &[]);
+    assert!(program.contains("self.current = ") && program.contains("self.heat = "));
+}
+
 #[test]
 fn the_table_of_the_document_is_the_table_of_the_code() {
     let path = concat!(env!("CARGO_MANIFEST_DIR"), "/../docs/export.md");

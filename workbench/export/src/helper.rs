@@ -17,7 +17,7 @@ pub fn written(p: &Physics, head: &[String]) -> String {
     add("    def __init__(self, model):");
     add("        self.motor, self.shaft = model.actuator(\"motor\").id, model.joint(\"shaft\").dofadr[0]");
     add("        self.time, self.torque, self.lagged, self.angle = -1.0, 0.0, 0.0, 0.0");
-    add(&states(p));
+    add(&states(p, plan.actuator == Actuator::Helper));
     add("    def control(self, model, data):");
     add("        if data.time == self.time: return  # one step, one advance");
     add("        h, self.time = model.opt.timestep, data.time");
@@ -46,18 +46,23 @@ pub fn written(p: &Physics, head: &[String]) -> String {
     lines.join("\n") + "\n"
 }
 
-/// What the helper remembers beside the engine.
-fn states(p: &Physics) -> String {
+/// What the helper remembers beside the engine; of the drive where that is its own.
+fn states(p: &Physics, drives: bool) -> String {
     let mut text = String::new();
-    if p.inductance > 0.0 || p.heat_rise_per_w > 0.0 || p.bus_farad > 0.0 {
-        let supply = if p.supply_v.is_finite() { p.supply_v } else { 0.0 };
-        text += &format!("        self.current, self.heat, self.supply = 0.0, 0.0, {supply:?}\n");
+    if drives && p.inductance > 0.0 {
+        text += "        self.current = 0.0\n";
     }
-    if p.delay_s > 0.0 {
+    if drives && p.heat_rise_per_w > 0.0 {
+        text += "        self.heat = 0.0\n";
+    }
+    if drives && p.source_ohm > 0.0 && p.bus_farad > 0.0 {
+        text += &format!("        self.supply = {:?}\n", p.supply_v);
+    }
+    if drives && p.delay_s > 0.0 {
         text += &format!("        n = int({:?} // model.opt.timestep)\n", p.delay_s);
         text += "        self.late = deque([0.0] * (n + 2), n + 2)\n";
     }
-    if p.lag_s > 0.0 {
+    if drives && p.lag_s > 0.0 {
         text += "        self.drive = 0.0\n";
     }
     if p.gap_rad > 0.0 && p.load_share <= 0.0 {
