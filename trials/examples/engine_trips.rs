@@ -1,12 +1,12 @@
 //! Draws the round trips of `cargo xtask engines --back`: motors in which one effect of the library hides, for an engine to make the logs.
 //!
-//! `engine_trips FOLDER [CASES]`, that many of each effect. Cases are singles of the naming evaluation (docs/naming.md), evaluation seeds in
-//! their order. Taken is what the exported file can play: the effect in the form of the library, a tacho and white noise; and
+//! `engine_trips FOLDER [CASES [FIRST]]`, that many of each effect. Cases are singles of the naming evaluation (docs/naming.md), evaluation
+//! seeds from the first on. Taken is what the exported file can play: the effect in the form of the library, a tacho and white noise; and
 //! what is judged there: an effect visible beyond 0.3 σ. No file opens the bridge, so coast-downs are driven with 0 V; what they would tell, the
 //! current tells, which an engine has always: its torque over the torque constant.
 //!
-//! Each folder gets `nominal.toml`, the model file of the case; `extended.toml`, the motor's own numbers and the effect; the inputs `log.csv`
-//! and `holdout.csv`; and `trip.toml`, which tells what an engine's log needs beside them.
+//! Each folder gets `nominal.toml`, the model file of the case; `extended.toml`, the motor's own numbers and the effect; the inputs
+//! `log_input.csv` and `holdout_input.csv`; and `trip.toml`, which tells what an engine's log needs beside them.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
