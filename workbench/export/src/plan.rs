@@ -82,7 +82,7 @@ fn actuator(p: &Physics) -> Actuator {
         || (voltage && p.drop_v > 0.0)
         || p.source_ohm > 0.0
         || p.kt_knee_a.is_finite()
-        // Of a winding that warms up, `dcmotor` keeps the electrical time constant of the cold one: 2.5 % of the speed in a round trip.
+        // Of a winding that warms up, `dcmotor` keeps the electrical time constant of the cold one: 1.2 % of the speed in a round trip.
         || (voltage && p.inductance > 0.0 && p.heat_rise_per_w > 0.0)
         || p.friction_per_motor > 0.0
         || (p.lag_s > 0.0 && p.limit.is_finite());

@@ -22,17 +22,20 @@ impl<F: Lanes> Apart for Torques<'_, F> {
     #[inline(always)]
     fn run(self) -> Loads<F> {
         let Self { plant, state, h, places, mut loads } = self;
-        let (theta, theta_next) = match places {
-            Some(places) => places,
-            None => (state.theta, state.theta + state.omega * h),
+        let motion = |theta: F, omega: F| {
+            let (theta, theta_next) = places.unwrap_or((theta, theta + omega * h));
+            Motion { time_s: state.time_s + 0.5 * h, theta, theta_next, omega, gear_ratio: plant.gear_ratio }
         };
-        let (omega, gear_ratio) = (state.omega, plant.gear_ratio);
-        let motion = Motion { time_s: state.time_s + 0.5 * h, theta, theta_next, omega, gear_ratio };
+        let motor = motion(state.theta, state.omega);
+        // What hangs on a load that moves by itself turns with it.
+        let apart = plant.load_share.gt(state.theta.like(0.0));
+        let own = |load: F, motor: F| F::select(apart, load, motor);
+        let load = motion(own(state.theta_load, state.theta), own(state.omega_load, state.omega));
         for law in &plant.torques {
             if law.law == Law::Drag {
                 continue;
             }
-            let torque = law.torque(&motion);
+            let torque = law.torque(if law.acts == Acts::Load { &load } else { &motor });
             match law.acts {
                 Acts::Motor => loads.motor = loads.motor + torque,
                 Acts::Load => loads.load = loads.load + torque,
