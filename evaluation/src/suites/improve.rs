@@ -1,8 +1,9 @@
 //! `truing improve` on drawn motors: `cargo run -p evaluation -- improve --motors 20`.
 //!
 //! Every motor is one of the case generator's, with effects that nobody is told of, behind the servo's library. The servo knows
-//! supply, rated speed and encoder. With `--image` the image in QEMU is the servo, and the library once more beside it. One run of the loop; afterwards the same motor, with other noise, follows a sine at a fifth of
-//! full speed and a slow crawl with the numbers of before and of after.
+//! supply, rated speed and encoder. With `--image` the image in QEMU is the servo, and the library once more beside it. One run of the
+//! loop; afterwards the same motor, with other noise, follows a sine at a fifth of full speed and a slow crawl with the numbers of
+//! before and of after.
 
 use evaluation::Results;
 use rayon::prelude::*;
@@ -219,7 +220,7 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> 
             // A later round begins from the names of those before.
             let mut names = found.entries.iter().rev().map(|entry| entry.names.join(", "));
             let names = names.find(|names| !names.is_empty()).unwrap_or_default();
-            let ratios = if found.improved { worth(&case, &found, through) } else { Some([1.0; 2]) };
+            let ratios = if found.improved { error_ratios(&case, &found, through) } else { Some([1.0; 2]) };
             let outcome = format!("{}: {}", if found.improved { "kept" } else { "as it was" }, found.why);
             let kept = found.entries.iter().rev().find(|entry| entry.kept);
             let numbers = kept.iter().flat_map(|entry| &entry.numbers).map(|it| it.value).collect();
@@ -256,7 +257,7 @@ fn sheet(case: &Case) -> model::Model {
 }
 
 /// Errors of before over errors of after.
-fn worth(case: &Case, found: &Improved, through: Through) -> Option<[f64; 2]> {
+fn error_ratios(case: &Case, found: &Improved, through: Through) -> Option<[f64; 2]> {
     let mut bench = Bench::new(servo(case, OTHER_NOISE, through), LISTENING);
     match trial::run(&mut bench, [&found.began_with?, &found.in_force?], f64::INFINITY).ok()? {
         Tried::Whole(trial) => {
