@@ -159,10 +159,10 @@ impl State {
         Some(integrated)
     }
 
-    /// The voltage whose sign tells which way the shaft is to go.
+    /// The voltage whose sign tells which way the shaft is to go; beside a voltage drop the back-EMF.
     #[inline]
     fn towards(&self, reference: &Reference) -> Voltage {
-        if reference.rests() {
+        if reference.rests() && !self.design.drops() {
             // By the counter: no estimate's noise reaches this sign, and it stays until the target is crossed.
             let sign = self.short_of(reference.position).signum();
             Voltage(Voltage::NOMINAL.0.saturating_mul(sign))

@@ -81,7 +81,8 @@ impl Design {
             }
             Stage::Expectation => {
                 let widths = last_trusted.unloaded();
-                self.expectation = Expectation::new(&self.motor, widths, !self.input_dead_zone(), scale);
+                let sticks = self.sign == SignSource::Reference;
+                self.expectation = Expectation::new(&self.motor, widths, sticks, scale);
                 Stage::Limits
             }
             Stage::Limits => {
@@ -137,6 +138,13 @@ impl Design {
         self.sign == SignSource::Command
     }
 
+    /// Does the drive drop a voltage in the direction of the current?
+    #[must_use]
+    #[inline]
+    pub fn drops(&self) -> bool {
+        self.sign == SignSource::Current
+    }
+
     /// What the drive leaves of a terminal voltage; friction takes its part behind the winding.
     #[must_use]
     pub fn at_winding(&self, terminal: Voltage) -> Voltage {
@@ -148,6 +156,10 @@ impl Design {
     pub fn behind_dead_zone(&self, terminal: Voltage, speed: Speed) -> Voltage {
         match self.sign {
             SignSource::Command => self.dead_zone.forward(terminal),
+            SignSource::Current => {
+                let steady = self.loops.steady_voltage(speed);
+                steady.plus(self.dead_zone.forward(terminal.minus(steady)))
+            }
             SignSource::Reference => {
                 let steady = self.loops.steady_voltage(speed);
                 terminal.minus(self.dead_zone.push(Voltage(steady.0 >> FRICTION_SPREAD)))

@@ -136,6 +136,7 @@ impl LastTrusted {
     pub(super) fn sign_source(&self) -> SignSource {
         match self.mechanism {
             Mechanism::InputDeadZone => SignSource::Command,
+            Mechanism::VoltageDrop => SignSource::Current,
             Mechanism::Friction | Mechanism::Unclear => SignSource::Reference,
         }
     }

@@ -15,7 +15,9 @@
 //! An *input* dead zone (driver, dead time) acts on the sign of the command, so its compensation does too. *Friction*
 //! acts on the sign of the motion; fed with the command's sign it would fight the motion during every deceleration.
 //! Its compensation follows the reference speed and, while the reference rests, the way to the target by the counter:
-//! both are free of noise.
+//! both are free of noise. A *voltage drop* (brushes, switches, dead time) acts on the sign of the current, which is that of
+//! the voltage beyond the back-EMF: `u = e + inverse(v − e)`. Nearly all that a motor takes for its speed is back-EMF, so e is the
+//! steady voltage of the reference speed.
 //!
 //! ```
 //! use servo::compensate::{DeadZone, Smoothing};
@@ -180,6 +182,8 @@ pub enum SignSource {
     Reference,
     /// The command. For an input dead zone.
     Command,
+    /// What the command is beyond the back-EMF. For a voltage drop.
+    Current,
 }
 
 /// The inverse that stands between the loops and the clip, both in volts.
@@ -193,22 +197,23 @@ impl Compensator {
     /// Compensates the share κ of the identified widths that suits the mechanism.
     #[must_use]
     pub fn new(positive: Voltage, negative: Voltage, sign: SignSource, smoothing: Smoothing) -> Self {
-        let kappa = to_fixed(if sign == SignSource::Command { KAPPA_INPUT } else { KAPPA_FRICTION }, 16);
+        let kappa = if sign == SignSource::Reference { KAPPA_FRICTION } else { KAPPA_INPUT };
+        let kappa = to_fixed(kappa, 16);
         let share = |width: Voltage| Voltage(mul_shift(width.0, kappa, 16));
         Self { dead_zone: DeadZone::new(share(positive), share(negative), smoothing), sign }
     }
 
-    /// The voltage whose sign counts, if it is not the command itself.
-    #[inline]
-    fn fixed_sign(&self, towards: Option<Voltage>) -> Option<Voltage> {
-        towards.filter(|_| self.sign == SignSource::Reference)
-    }
-
     /// Terminal voltage for the wanted `linear` one. `towards` is the steady voltage of the reference speed behind the
-    /// dead zone or, while the reference rests, any voltage towards the target; `None`: wherever `linear` points.
+    /// dead zone or, while the reference rests, any voltage towards the target (none beside a voltage drop); `None`: wherever
+    /// `linear` points.
     #[must_use]
     #[inline]
     pub fn apply(&self, linear: Voltage, towards: Option<Voltage>) -> Voltage {
-        linear.plus(self.dead_zone.push(self.fixed_sign(towards).unwrap_or(linear)))
+        let sign_of = match (self.sign, towards) {
+            (SignSource::Reference, Some(towards)) => towards,
+            (SignSource::Current, Some(steady)) => linear.minus(steady),
+            _ => linear,
+        };
+        linear.plus(self.dead_zone.push(sign_of))
     }
 }

@@ -129,6 +129,9 @@ pub enum Mechanism {
     Friction,
     /// Dead zone at the input: it ignores a small command. The compensation takes the sign of the command.
     InputDeadZone,
+    /// A drop of bridge and brushes, or the bridge's dead time: it acts against the current, and a braking motor gets more than what
+    /// lies at the terminals. The compensation takes the sign of the current. No commissioning finds it; a model names it.
+    VoltageDrop,
 }
 
 /// May a number be used?

@@ -128,6 +128,7 @@ impl Score {
             (Mechanism::Unclear, _) => None,
             (Mechanism::Friction, cause) => Some(cause == Cause::Friction),
             (Mechanism::InputDeadZone, cause) => Some(cause == Cause::Input),
+            (Mechanism::VoltageDrop, _) => Some(false),
         };
         score
     }

@@ -73,6 +73,19 @@ fn an_input_dead_zone_is_pushed_with_the_sign_of_the_command() {
     assert!((in_volts(braking) - (-0.5 - f64::from(KAPPA_INPUT) * 1.5)).abs() < 1e-3);
 }
 
+/// The motor turns at 3 V of back-EMF. Of a command of 2 V the current flows backwards and the drive adds its drop; of 4 V it takes it.
+#[test]
+fn a_voltage_drop_is_pushed_with_the_sign_of_the_current() {
+    let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Current, Smoothing::WIDEST);
+    let share = f64::from(KAPPA_INPUT);
+    for (wanted, expected) in [(2.0, 2.0 - share * 1.5), (4.0, 4.0 + share * 1.2), (3.0, 3.0)] {
+        let terminal = in_volts(compensator.apply(volts(wanted), Some(volts(3.0))));
+        assert!((terminal - expected).abs() < 1e-3, "{terminal} V for {wanted} V");
+    }
+    let at_rest = in_volts(compensator.apply(volts(0.5), Some(Voltage::ZERO)));
+    assert!((at_rest - (0.5 + share * 1.2)).abs() < 1e-3, "{at_rest} V at rest");
+}
+
 #[test]
 fn without_a_dead_zone_it_is_transparent() {
     for v in [-900_000, -1, 0, 1, 4_000, 900_000] {

@@ -4,20 +4,23 @@ use crate::rig::{DEAD_ZONE, Held, bench, bits, config, improved, job, motor, pow
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::Bridge;
-use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Standing, TIME_FRAC};
+use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC};
 use servo::link::protocol::Command;
 use servo::store::AxisParameters;
 use std::cell::OnceCell;
 use std::path::PathBuf;
 use std::rc::Rc;
 use trials::extent;
-use trials::host_servo::Outside;
+use trials::host_servo::{HostServo, Outside};
 use truing::device::link::Client;
+use truing::device::motor::{Builtin, Drive, Motor, Reading};
 use truing::device::setup::Setup;
 use truing::improve::candidate::{self, Analysed};
 use truing::improve::history;
 use truing::improve::improving::{self, Job, Stop};
+use truing::improve::trial::{self, Tried};
 use truing::system::model::{self, KT, Model};
+use truing::text::input_error::InputError;
 
 /// What a commissioning without error would know of the linear motor.
 fn linear() -> AxisParameters {
@@ -55,6 +58,44 @@ fn a_motor_with_a_dead_zone_follows_better_and_that_is_stored() {
     );
     let told = history::text(&history::read(folder.path()).expect("a history"));
     assert!(told.contains("kept") && told.contains("was undone"), "{told}");
+}
+
+/// A drop of the bridge, which no commissioning finds: the log names it, and the servo follows the sign of the current.
+#[test]
+fn a_motor_behind_a_voltage_drop_follows_better() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let found = improved("[known.voltage_drop]\ndrop_v = 0.4\n", None, &outside, folder.path());
+    assert!(found.improved, "{}", found.why);
+    let last = found.entries.iter().rfind(|entry| entry.kept).expect("an entry that was kept");
+    let estimates = last.after.expect("what is in force").estimates;
+    assert_eq!(estimates.mechanism, Mechanism::VoltageDrop);
+    for it in &last.trial.as_ref().expect("a trial").motions {
+        let least = if it.motion.name == "crawl" { 4.0 } else { 1.5 };
+        assert!(it.ratio.low > least, "{} {}", it.motion.name, it.ratio.text());
+    }
+}
+
+/// A motor whose encoder dies after so many ticks, and what it read last.
+struct Dying(Builtin, u32, i32);
+
+impl Motor for Dying {
+    fn pass(&mut self, drive: &Drive) -> Result<Reading, InputError> {
+        self.1 = self.1.saturating_sub(1);
+        let reading = self.0.pass(drive)?;
+        self.2 = if self.1 == 0 { self.2 } else { reading.count };
+        Ok(Reading { count: self.2, ..reading })
+    }
+}
+
+/// A fault in the first motion of a trial latches; the second one is not asked for then.
+#[test]
+fn a_fault_ends_a_trial_with_its_name() {
+    let (known, _) = candidate::candidate(&motor(DEAD_ZONE), &linear(), None).expect("a set");
+    let motor = Dying(Builtin::new(&motor(DEAD_ZONE), &config(), 3), 5_000, 0);
+    let servo = HostServo::power_up(Box::new(motor), config(), &Outside::default());
+    let tried = trial::run(&mut bench(servo), [&known, &linear()], f64::INFINITY);
+    let Ok(Tried::Faulted(_, what)) = tried else { panic!("{tried:?}") };
+    assert!(what.contains("encoder"), "{what}");
 }
 
 #[test]

@@ -177,6 +177,8 @@ impl Params {
     /// waits for the next tick. Of four ticks in a row one must not be busy.
     #[inline]
     pub fn step_beside(&self, state: &mut State, known: &mut Estimates, input: &Input, busy: bool) -> bool {
+        // What goes with the current does not lie between the windows of two directions of motion.
+        let busy = busy || known.mechanism == Mechanism::VoltageDrop;
         let hopped = state.identify.hopped();
         let news = hopped && !busy && self.hop(state, known, input.supply.is_some());
         self.identify.sum(&mut state.identify, input.count, input.net());

@@ -193,10 +193,14 @@ impl Runs {
             _ => return Err(InputError(DRIVEN.into())),
         }
         let mut rms = Vec::new();
+        let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
         for motion in motions {
+            // A latched fault refuses what comes next.
+            if faulted(&self.session.kept.borrow()) {
+                break;
+            }
             let start = self.session.command(motion.command())?;
             let end = start + self.session.ticks(motion.seconds);
-            let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
             self.session.run_to(end, faulted, "tracking", &mut |_| {})?;
             let span = Span { start, hold: end, end, faulted: false };
             rms.push(TrackJson::new(&self.session.kept.borrow().log, &span).position_rms_rad);

@@ -223,7 +223,7 @@ impl Terminal {
             saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
             gain: plant.drive_gain * plant.dc_gain(),
             time_constant: plant.time_constant_s() + electrical(&plant) + plant.lag_s + plant.delay_s,
-            mechanism: mechanism(zone, friction),
+            mechanism: mechanism(zone, friction, plant.drop_v),
         }
     }
 }
@@ -233,15 +233,17 @@ fn electrical(plant: &Physics) -> f64 {
     plant.inductance * plant.viscous / (plant.resistance * plant.total_damping())
 }
 
-/// The one that makes nearly all of it.
-fn mechanism(zone: [f64; 2], friction: [f64; 2]) -> Mechanism {
+/// The one that makes nearly all of it; of a drop, which friction turns into one, half.
+fn mechanism(zone: [f64; 2], friction: [f64; 2], drop: f64) -> Mechanism {
     const MOST: f64 = 0.8;
-    let (zone, friction): (f64, f64) = (zone.iter().sum(), friction.iter().sum());
-    let all = zone + friction;
+    let [zone, friction, drop]: [f64; 3] = [zone, friction, [drop; 2]].map(|sides| sides.iter().sum());
+    let all = zone + friction + drop;
     if all > 0.0 && friction >= MOST * all {
         Mechanism::Friction
     } else if all > 0.0 && zone >= MOST * all {
         Mechanism::InputDeadZone
+    } else if all > 0.0 && drop >= 0.5 * all {
+        Mechanism::VoltageDrop
     } else {
         Mechanism::Unclear
     }

@@ -266,6 +266,7 @@ fn in_words(mechanism: Mechanism) -> &'static str {
         Mechanism::Unclear => "unclear: not tested, or neither friction nor the input",
         Mechanism::Friction => "friction",
         Mechanism::InputDeadZone => "dead zone at the input",
+        Mechanism::VoltageDrop => "a voltage drop of the drive",
     }
 }
 

@@ -126,7 +126,10 @@ pub fn scale(model: &Model, log: &Log, outcome: &Outcome) -> Option<DataFault> {
     let ratio = found.parameters.values().next()?.value;
     let share = |fit_percent: f64| 1.0 - (1.0 - fit_percent / 100.0).powi(2);
     let explained = share(outcome.holdout.fit_percent_after);
-    let odd = !ODD.contains(&ratio) && !model.fitted_to_log && explained > MOST;
+    // Below a limit a speed rises more steeply than a line through all of it: that is no mistake of the file.
+    let straight = Motion::of(record)?.straight_gain(&motion::Base::of(&model.kind, record.input)?);
+    let far = [ratio, straight].iter().all(|gain| !ODD.contains(gain));
+    let odd = far && !model.fitted_to_log && explained > MOST;
     let suspect = suspects::of_any_size(record, ratio);
     odd.then(|| told(&[(explained, &suspect)], share(outcome.holdout.fit_percent_before)))
 }

@@ -212,6 +212,12 @@ impl Motion {
         (gain > 0.0).then_some((gain, best.explained))
     }
 
+    /// The gain of a straight line through the whole record over that of the model: no force takes a part of the input.
+    pub fn straight_gain(&self, base: &Base) -> f64 {
+        let fits = AROUND.map(|times| self.fit_of(times * base.rate, 1)).into_iter();
+        fits.max_by(|a, b| a.explained.total_cmp(&b.explained)).map_or(0.0, |fit| fit.gain_over(base))
+    }
+
     /// The best fit at these multiples of a rate.
     fn best(&self, times: &[f64], rate: f64) -> Option<Fitted> {
         let fits = each(times).map(|times| self.fit(times * rate));

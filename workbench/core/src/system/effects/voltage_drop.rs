@@ -13,7 +13,7 @@ pub static VOLTAGE_DROP: Effect = Effect {
     separated_by: "coast-down (no current, no drop) and regenerative braking, where current and speed have opposite signs",
     parameters: &[Parameter::new("drop_v", "V", Scale::Input, 0.0, 0.5)],
     starts: Starts::Grid(&[&[0.02], &[0.06], &[0.15], &[0.3]]),
-    axis: Axis::Winding,
+    axis: Axis::BackEmf,
     domain: Domain::Current,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges)),
     on_chip: OnChip::Known,

@@ -2,7 +2,7 @@
 
 use super::{Data, Hypothesis, NUISANCE_BOUND, Slot};
 use crate::gap::dataset::{Dataset, FINE, GridRun, Scales, Simulation, Traces, driven_by};
-use crate::system::effects::{Effect, Meaning, OF_SPEED_SENSOR, Parameter, Scale};
+use crate::system::effects::{Axis, Effect, Meaning, OF_SPEED_SENSOR, Parameter, Scale};
 use crate::system::log::Input;
 use crate::system::model::{DRIVE_GAIN, ELECTRICAL, KE, KT, Kind, Model, VISCOUS_V};
 use crate::system::plant::physics::{Drive, Physics};
@@ -65,7 +65,13 @@ impl Hypothesis<'_> {
     /// Whether an effect may join: offered on this axis, not there, not of a family that is there or known.
     pub fn admits(&self, effect: &'static Effect) -> bool {
         let drive = driven_by(&self.model.kind, self.model.base(), self.dataset.input).drive;
-        let winding = matches!(self.model.kind, Kind::DcMotor { .. });
+        let winding = match self.model.kind {
+            Kind::DcMotor { .. } => true,
+            Kind::FirstOrder { viscous_vs_per_rad, .. } => {
+                effect.axis == Axis::BackEmf && viscous_vs_per_rad > 0.0
+            }
+            Kind::Inertia { .. } => false,
+        };
         let known = self.model.known.iter().map(|known| known.effect);
         let shows = !self.dataset.of_position || !OF_SPEED_SENSOR.contains(&effect);
         effect.fits(drive, winding, self.dataset.linear)

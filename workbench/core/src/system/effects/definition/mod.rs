@@ -76,6 +76,8 @@ pub enum Axis {
     Any,
     /// Only where a voltage drives a winding whose resistance and constant the model tells.
     Winding,
+    /// The same, or where a first-order model tells how much of its damping is back-EMF: that tells the current's direction.
+    BackEmf,
     /// Only where the current is known: behind such a winding, or because the input is a current or torque.
     Current,
     /// Only where the axis turns (no sine of a position on a linear axis).
@@ -149,7 +151,7 @@ impl Effect {
     pub fn fits(&self, drive: Drive, winding: bool, linear: bool) -> bool {
         match self.axis {
             Axis::Any => true,
-            Axis::Winding => drive == Drive::Voltage && winding,
+            Axis::Winding | Axis::BackEmf => drive == Drive::Voltage && winding,
             Axis::Current => drive == Drive::Torque || winding,
             Axis::Rotary => !linear,
         }
