@@ -4,11 +4,15 @@
 //!
 //! ```text
 //! ω*  = ω_ref + k_p·(θ_ref − θ)                               position loop
-//! v   = (ω_ref + τ·ω̇_ref)/ω₀ + k_v·(ω* − ω) + I              speed loop and feed-forward
+//! v   = (ω_ref + τ·α)/ω₀ + k_v·(ω* − ω) + I                  speed loop and feed-forward
+//! α   = ω̇_ref + (ω̇_ref − low pass of ω̇_ref)                   what the lag keeps back, beforehand
 //! İ   = k_i·(θ_ref − θ)                                       integrator; waits while that would clip v further
 //! ```
 //!
 //! Both poles of the position loop lie at −ω_c (critically damped): `(1 + ω₀k_v)/τ = 2ω_c` and `ω₀k_v·k_p/τ = ω_c²`.
+//! The low pass has the time constant of the lag, the smaller one of the motor: together the feed-forward is
+//! `1 + τs + τ·lag·s²/(1 + lag·s)`, and α is at most three times the largest acceleration.
+//!
 //! The one knob is the bandwidth in units of 1/τ, ω_c = [`Tuning::bandwidth`]/τ. The integrator adds a slow pole at
 //! about [`INTEGRAL_SHARE`]·ω_c. Conditional integration: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006,
 //! sec. 3.5.
@@ -28,6 +32,10 @@ const SMALLEST_BANDWIDTH: f32 = 0.6;
 const LARGEST_BANDWIDTH: f32 = 0.3;
 /// Fraction bits of the integrator, nominal voltages.
 const INTEGRATOR_BITS: u32 = 52;
+
+/// Fraction bits of the low pass beyond those of an [`Acceleration`]: a slow one still moves by what is left of a
+/// place.
+const LAGGING_BITS: u32 = 16;
 
 /// Half of the last place of a speed, as an acceleration: for rounding.
 const HALF_SPEED: i32 = 1 << (ACCELERATION_BITS - SPEED_BITS - 1);
@@ -122,6 +130,8 @@ pub struct Params {
     feed_speed: i32,
     /// τ/ω₀, voltage per acceleration, Q12.
     feed_acceleration: i32,
+    /// Part of its way that the low pass of the lag goes in a tick, Q30; 0: there is none.
+    lag_step: i32,
     /// Error with which a stuck axis integrates at least, counts Q12.
     stuck_error: i32,
     /// Ticks without a count after which an axis is stuck.
@@ -129,10 +139,10 @@ pub struct Params {
 }
 
 impl Params {
-    /// Gains for a motor. Runs once after an identification, in single precision, whose `+ − × ÷` are the same bits
+    /// Gains for a motor whose lag is so many ticks. Runs once after an identification, in single precision, whose `+ − × ÷` are the same bits
     /// on every machine.
     #[must_use]
-    pub fn new(motor: &Motor, tuning: &Tuning) -> Self {
+    pub fn new(motor: &Motor, lag_ticks: f32, tuning: &Tuning) -> Self {
         let tau = motor.tau_ticks;
         let bandwidth = tuning.bandwidth.max(SMALLEST_BANDWIDTH).min(LARGEST_BANDWIDTH * tau) / tau;
         let damping = 2.0 * bandwidth * tau - 1.0;
@@ -145,6 +155,7 @@ impl Params {
             integral: to_fixed(integral, 40),
             feed_speed: to_fixed(1.0 / motor.full_speed, 20),
             feed_acceleration: to_fixed(tau / motor.full_speed, 12),
+            lag_step: if lag_ticks > 0.0 { to_fixed(1.0 / lag_ticks.max(1.0), 30) } else { 0 },
             stuck_error: to_fixed(STUCK_RATE / (stiffness * INTEGRAL_SHARE * bandwidth * tau), 12),
             stuck_ticks: (STUCK_SHARE * tau) as u32,
         }
@@ -156,6 +167,8 @@ impl Params {
 pub struct State {
     /// Q52 of nominal voltage.
     integrator: i64,
+    /// Low pass of the reference's acceleration, with [`LAGGING_BITS`] more.
+    lagging: i64,
     /// The integrator when the error changed its sign last, at rest.
     bracket: i64,
     /// Sign of the error at rest.
@@ -179,6 +192,12 @@ impl State {
     pub fn watch(&mut self, count: i32) {
         self.still = if count == self.count { self.still.saturating_add(1) } else { 0 };
         self.count = count;
+    }
+
+    /// The reference rests: nothing is kept back any more.
+    #[inline]
+    pub fn rest(&mut self) {
+        self.lagging = 0;
     }
 
     /// So much of what the integrator brings comes from somewhere else from now on, or no longer does.
@@ -247,12 +266,31 @@ impl Params {
     /// Wanted speed → voltage behind the dead zone, before the clip.
     #[must_use]
     #[inline]
-    pub fn speed_loop(&self, state: &State, reference: &Reference, wanted: Speed, speed: Speed) -> Voltage {
+    pub fn speed_loop(
+        &self,
+        state: &mut State,
+        reference: &Reference,
+        wanted: Speed,
+        speed: Speed,
+    ) -> Voltage {
         let lack = wanted.0.saturating_sub(speed.0);
+        let ahead = self.ahead(state, reference.acceleration);
         self.steady_voltage(reference.speed)
-            .plus(self.accelerating_voltage(reference.acceleration))
+            .plus(self.accelerating_voltage(ahead))
             .plus(Voltage(mul_shift(lack, self.speed, 20)))
             .plus(state.integral())
+    }
+
+    /// The acceleration, and beforehand what the lag will keep back of it.
+    #[inline]
+    fn ahead(&self, state: &mut State, acceleration: Acceleration) -> Acceleration {
+        if self.lag_step == 0 {
+            return acceleration;
+        }
+        let kept_back = acceleration.0.saturating_sub((state.lagging >> LAGGING_BITS) as i32);
+        let step = i64::from(kept_back).wrapping_mul(i64::from(self.lag_step)) >> (30 - LAGGING_BITS);
+        state.lagging = state.lagging.wrapping_add(step);
+        Acceleration(acceleration.0.saturating_add(kept_back))
     }
 
     /// The error that the integrator takes in while the reference rests. Stuck off the target, it is at least the one

@@ -122,6 +122,7 @@ impl State {
         self.control.watch(self.count);
         self.holding = reference.rests() && self.in_band(reference.position);
         let (towards, error) = if self.holding {
+            self.control.rest();
             self.voltage = self.control.integral();
             (Voltage::ZERO, None)
         } else {
@@ -144,7 +145,7 @@ impl State {
         if limited {
             self.limit = Limit::Speed;
         }
-        self.voltage = loops.speed_loop(&self.control, reference, wanted, self.encoder.speed());
+        self.voltage = loops.speed_loop(&mut self.control, reference, wanted, self.encoder.speed());
         let integrated = if reference.rests() {
             loops.at_rest(&mut self.control, error, self.design.sticks())
         } else {

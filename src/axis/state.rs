@@ -289,7 +289,8 @@ impl State {
         if outcome.refused.is_some() {
             self.known.age();
         } else {
-            self.known = outcome.estimates;
+            // A commissioning finds no lag, and does not change it.
+            self.known = Estimates { lag: self.known.lag, ..outcome.estimates };
             self.last_trusted.begin_anew();
         }
         self.learn();

@@ -194,8 +194,11 @@ pub const GAIN_FRAC: u32 = 20;
 /// Fractional bits of the time constant (LSB = 2⁻¹² control ticks; up to 524,287 ticks = 26 s at 20 kHz).
 pub const TIME_FRAC: u32 = 12;
 
-/// Largest numbers that are stored: a voltage of four nominal supplies, an interval of one, a difference of the gains of
-/// 100 %, a gain of 128.
+/// Fractional bits of the lag (LSB = a sixteenth of a control tick; up to 4095 ticks).
+pub const LAG_FRAC: u32 = 4;
+
+/// Largest numbers that are stored: a voltage of four nominal supplies, an interval of one of them or of one rated speed, a
+/// difference of the gains of 100 %, a gain of 128.
 const MOST_VOLTAGE: i32 = (1 << (VOLTAGE_FRAC + 2)) - 1;
 const MOST_SHARE: i32 = (1 << VOLTAGE_FRAC) - 1;
 const MOST_GAIN: i32 = (1 << (GAIN_FRAC + 7)) - 1;
@@ -216,6 +219,10 @@ pub struct Estimates {
     pub time_constant: Estimate,
     /// Friction or input dead zone.
     pub mechanism: Mechanism,
+    /// The smaller time constant of the linear part: what winding, drive and delay keep back of the acceleration. Control ticks, Q4;
+    /// 0: none is known. No commissioning finds it; a model tells it.
+    #[serde(default)]
+    pub lag: u16,
 }
 
 impl Estimates {
@@ -242,7 +249,7 @@ impl Estimates {
         Self {
             dead_zone: [0, 1].map(|side| voltage(&self.dead_zone[side])),
             saturation: [0, 1].map(|side| voltage(&self.saturation[side])),
-            gain: self.gain.to_store(MOST_GAIN, MOST_GAIN),
+            gain: self.gain.to_store(MOST_GAIN, MOST_SHARE),
             time_constant: self.time_constant.to_store(i32::MAX, MOST_GAIN),
             gain_skew: limited(self.gain_skew, MOST_SHARE),
             ..*self
@@ -268,6 +275,9 @@ impl Estimates {
         self.time_constant = newer(self.time_constant, later.time_constant);
         if later.mechanism != Mechanism::Unclear {
             self.mechanism = later.mechanism;
+        }
+        if later.lag != 0 {
+            self.lag = later.lag;
         }
     }
 }
@@ -302,6 +312,8 @@ pub struct EstimatesReport {
     pub time_constant_s: Reported,
     /// Friction or input dead zone.
     pub mechanism: Mechanism,
+    /// s; 0: none is known.
+    pub lag_s: f32,
 }
 
 impl Estimates {
@@ -328,6 +340,7 @@ impl Estimates {
             gain_rad_s_per_v: self.gain.report(gain),
             time_constant_s: self.time_constant.report(second),
             mechanism: self.mechanism,
+            lag_s: f32::from(self.lag) / (config.tick_hz as f32 * (1 << LAG_FRAC) as f32),
         }
     }
 }

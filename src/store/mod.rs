@@ -32,12 +32,12 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// Axes that one record has room for. An image that drives more needs a longer record, which is another layout.
 pub const MAX_AXES: usize = 4;
 /// Bytes of a record. Four axes take up to 625 bytes in postcard ([`Estimates::to_store`] sees to it), each sine of a table of the
-/// load 6 more.
+/// load 6 more, a lag of 8 ticks or more 1 or 2.
 pub const RECORD_LEN: usize = 640;
-/// Layout since which a record has the load over the place, which is no setting.
-const WITH_POSITION_LOAD: u16 = 5;
+/// Layout since which a record has the lag, which is no setting.
+const WITH_LAG: u16 = 6;
 /// Layout that this image writes: that of the newest setting, or of what else a record holds.
-pub const LAYOUT: u16 = if LATEST > WITH_POSITION_LOAD { LATEST } else { WITH_POSITION_LOAD };
+pub const LAYOUT: u16 = if LATEST > WITH_LAG { LATEST } else { WITH_LAG };
 
 const HEADER_LEN: usize = 8;
 const PAYLOAD_END: usize = RECORD_LEN - 4;

@@ -75,6 +75,25 @@ fn a_motor_behind_a_voltage_drop_follows_better() {
     }
 }
 
+/// A winding of 20 ms beside a motor of 94 ms: with the sum of both alone the voltage comes late.
+#[test]
+fn a_winding_that_lags_is_fed_forward() {
+    let file = text("").replace("L_h = 0.0005", "L_h = 0.04");
+    let winding = model::parse("motor.toml", &file).expect("a model");
+    let (known, _) = candidate::candidate(&winding, &linear(), None).expect("a set");
+    let mut slow = known;
+    slow.estimates.lag = 0;
+    assert!(candidate::differs(&known, &slow));
+    let motor = Builtin::new(&winding, &config(), 3);
+    let servo = HostServo::power_up(Box::new(motor), config(), &Outside::default());
+    let tried = trial::run(&mut bench(servo), [&slow, &known], f64::INFINITY);
+    let Ok(Tried::Whole(trial)) = tried else { panic!("{tried:?}") };
+    for it in &trial.motions {
+        let least = if it.motion.name == "sine" { 2.0 } else { 1.0 };
+        assert!(it.ratio.low > least, "{} {}", it.motion.name, it.ratio.text());
+    }
+}
+
 /// A motor whose encoder dies after so many ticks, and what it read last.
 struct Dying(Builtin, u32, i32);
 

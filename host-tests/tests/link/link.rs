@@ -198,6 +198,7 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
                 gain: numbers[4],
                 time_constant: numbers[5],
                 gain_skew: 0,
+                lag: 97,
                 mechanism: Mechanism::Friction,
             },
             tuning: Tuning { bandwidth, integral: compensation },

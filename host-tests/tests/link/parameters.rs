@@ -48,6 +48,7 @@ fn what_is_set_is_printed_and_read_back_whole() {
         "identified.dead_zone_pos_v=1.5",
         "identified.gain_rad_s_per_v=10",
         "identified.time_constant_s=0.04",
+        "identified.lag_s=0.003",
         "position_load.period_counts=8192",
         "position_load.constant_v=-0.3",
         "position_load.sines=[{cycles=1,amplitude_v=1.5,phase_rad=0.7},{cycles=24,amplitude_v=0.2,phase_rad=5}]",
@@ -70,6 +71,7 @@ fn what_is_set_is_printed_and_read_back_whole() {
     assert_eq!(second.protection, first.protection);
     assert_eq!(second.protection.actions.of(Fault::NoMotion), Action::Brake);
     assert_eq!((second.tuning, second.compensation), (first.tuning, first.compensation));
+    assert!(first.estimates.lag > 0 && second.estimates.lag == first.estimates.lag);
     let off = second.estimates.dead_zone[0].value - first.estimates.dead_zone[0].value;
     assert!(off.abs() <= 1, "{off}");
 }
@@ -91,6 +93,7 @@ fn wrong_keys_and_values_are_named_with_the_nearest_right_one() {
         ("loops.bandwith=2", "loops.bandwidth"),
         ("loops.bandwidth=fast", "`fast` is no value"),
         ("loops.bandwidth", "key=value"),
+        ("identified.lag_s=-0.01", "`-0.01` is no value"),
         ("protection.over_current=brake", "choose open"),
         ("protection.overcurrent=open", "over_current"),
         ("protection.no_motion=hold", "open or brake"),
@@ -150,6 +153,25 @@ fn effects_become_terminal_voltages() {
     // 0.001 N m is 0.044 V; the base parameters' 3 % add to it.
     let u95 = f64::from(report.dead_zone_pos_v.u95.expect("there"));
     assert!((1.96 * 0.044..0.4).contains(&u95), "{u95} V");
+}
+
+/// By hand: (1 + 0.08 s)(1 + 0.008 s) of motor and winding, a lag of 3 ms and a delay of 2 ms: s² has 0.08·0.008 + 0.08·0.005 +
+/// 0.002·(0.003 + 0.001), s has 0.085.
+#[test]
+fn the_lag_is_the_coefficient_of_the_second_derivative_over_that_of_the_first() {
+    let text = MODEL.replace("L_h = 0.0", "L_h = 0.016");
+    let known = |standing: &str| {
+        format!(
+            "{text}[known.actuator_lag]\ntime_constant_s = 0.003\ntime_constant_s_std = 0.0001\nstanding = \"{standing}\"\n[known.transport_delay]\nseconds = 0.002\n"
+        )
+    };
+    let exported = |standing: &str| {
+        let model = model::parse("model.toml", &known(standing)).expect("a model");
+        compensation::from_model(&model, &config()).expect("parameters").params.lag_s
+    };
+    let lag = exported("named").expect("a lag");
+    assert!((lag - 0.001_048 / 0.085).abs() < 1e-6, "{lag} s");
+    assert_eq!(exported("tie"), None, "a name of a tie is not relied on");
 }
 
 #[test]

@@ -15,7 +15,9 @@ use servo::store::{
 };
 use trials::power_cut::flash::Flash;
 use trials::power_cut::library;
-use trials::power_cut::sets::{SetLayout1, SetLayout2, SetLayout3, limited_as_layout_3, migrated, set};
+use trials::power_cut::sets::{
+    SetLayout1, SetLayout2, SetLayout3, SetLayout5, limited_as_layout_3, migrated, set, without_lag,
+};
 use trials::power_cut::suite::{
     Situation, Store, Tally, cut_erase, cut_everywhere, life, loaded, operations, save,
 };
@@ -208,13 +210,25 @@ fn layout_4_is_migrated() {
     let covered = &record[..RECORD_LEN - 4];
     let checksum = !covered.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), step));
     record[RECORD_LEN - 4..].copy_from_slice(&checksum.to_le_bytes());
-    let mut parameters = set(0);
+    let mut parameters = without_lag(&set(0));
     for axis in parameters.axes.iter_mut().flatten() {
         assert_ne!(axis.position_load, PositionLoad::default());
         axis.position_load = PositionLoad::default();
     }
     let loaded = Record::parse(&record).expect("a record").load();
     assert_eq!(loaded, Loaded::Set { parameters, layout: 4 });
+}
+
+/// The very bytes that layout 5 had: no lag.
+#[test]
+fn layout_5_is_migrated() {
+    let record = encode(&SetLayout5::of(&set(0)), 1, 5).expect("fits");
+    assert_eq!(hex(used(&record)), include_str!("store_layout_5.hex").trim());
+    for number in [1, 5, 7] {
+        let record = encode(&SetLayout5::of(&set(number)), 1, 5).expect("fits");
+        let expected = Loaded::Set { parameters: without_lag(&set(number)), layout: 5 };
+        assert_eq!(Record::parse(&record).expect("intact").load(), expected);
+    }
 }
 
 #[test]
@@ -268,6 +282,7 @@ fn the_largest_set_fits_into_a_record() {
             gain: long,
             time_constant: long,
             mechanism: Mechanism::InputDeadZone,
+            lag: 127,
         }
         .to_store(),
         tuning: Tuning { bandwidth: 20.0, integral: true },

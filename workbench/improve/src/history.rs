@@ -111,6 +111,9 @@ impl Entry {
                 0.0,
             )
         };
+        let report = candidate.config.build().map(|scale| candidate.estimates.report(&scale));
+        let lag = report.into_iter().map(|report| f64::from(report.lag_s)).filter(|lag| *lag > 0.0);
+        let told = told.chain(lag.map(|lag| known("lag", "s", lag, 0.0)));
         let numbers = told.chain(load.sines.iter().map(sine)).collect();
         Self { numbers, after: Some(*candidate), ..self }
     }

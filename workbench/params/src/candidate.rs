@@ -22,6 +22,8 @@ const FIRST_TOLERANCE: f64 = 0.05;
 const DOUBTED_TOLERANCE: f64 = 1.0;
 /// Numbers that differ by less than this share are the same to the loops.
 const SAME: f64 = 0.02;
+/// Lags that differ by less than this share of the larger one are the same.
+const SAME_LAG: f64 = 0.1;
 /// Loads that differ by less than this share of their largest voltage are the same.
 const SAME_LOAD: f64 = 0.05;
 /// Places at which loads are compared.
@@ -138,8 +140,10 @@ pub fn differs(candidate: &AxisParameters, base: &AxisParameters) -> bool {
         known(parameters).map(|found| found.numbers().map(|(.., number)| number))
     };
     let (Some(new), Some(old)) = (numbers(candidate), numbers(base)) else { return true };
-    let apart =
-        candidate.compensation != base.compensation || !alike(&candidate.position_load, &base.position_load);
+    let [lag, other] = [candidate, base].map(|set| f64::from(set.estimates.lag));
+    let apart = candidate.compensation != base.compensation
+        || (lag - other).abs() > SAME_LAG * lag.max(other)
+        || !alike(&candidate.position_load, &base.position_load);
     apart
         || new.iter().zip(&old).any(|(new, old)| {
             match (new.value.filter(|_| new.trusted), old.value.filter(|_| old.trusted)) {

@@ -11,7 +11,7 @@
 //!
 //! and the one beyond which more command brings no more speed is (limit + zone − offset)/gain. Loops and feed-forward know
 //! one time constant, so it holds the sum of all: of inertia, winding, a lag of the drive and a delay, as a motion that
-//! changes slowly sees them.
+//! changes slowly sees them. What a faster one sees is the lag: the coefficient of s² over that sum.
 //!
 //! A number is trusted as on the chip: a dead zone or a saturation whose half width of 95 % is below 12 % of it, gain and
 //! time constant together with the dead zones. And no effect in it may be one name of a tie, or from a verdict that leaves
@@ -95,6 +95,9 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         saturation_neg_v,
         gain_rad_s_per_v: Some(linear("gain_rad_s_per_v", |t| t.gain)),
         time_constant_s: Some(linear("time_constant_s", |t| t.time_constant)),
+        // A low pass of the chip is no shorter than a control tick.
+        lag_s: Some(value.lag)
+            .filter(|lag| lag * f64::from(config.tick_hz) >= 1.0 && doubtful(model, |t| t.lag).is_none()),
         ..Params::nothing()
     };
     let mut left_out = left_out(model);
@@ -206,6 +209,8 @@ struct Terminal {
     gain: f64,
     /// s.
     time_constant: f64,
+    /// s.
+    lag: f64,
     mechanism: Mechanism,
 }
 
@@ -217,12 +222,16 @@ impl Terminal {
         let zone = [plant.dead_pos, plant.dead_neg];
         let limit = [plant.limit, plant.limit * plant.limit_skew];
         let towards = [1.0, -1.0];
+        let (motor, winding) = (plant.time_constant_s(), plant.inductance / plant.resistance);
+        let (first, later) = (motor + electrical(&plant), plant.lag_s + plant.delay_s);
+        let second = motor * winding + first * later + plant.delay_s * (plant.lag_s + 0.5 * plant.delay_s);
         let side = |side: usize, level: f64| (level - towards[side] * plant.drive_offset) / plant.drive_gain;
         Terminal {
             dead_zone: [0, 1].map(|at| (zone[at] + plant.drop_v + friction[at]) / plant.drive_gain),
             saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
             gain: plant.drive_gain * plant.dc_gain(),
-            time_constant: plant.time_constant_s() + electrical(&plant) + plant.lag_s + plant.delay_s,
+            time_constant: first + later,
+            lag: second / (first + later),
             mechanism: mechanism(zone, friction, plant.drop_v),
         }
     }

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use servo::commission::Outcome;
 use servo::config::Config;
 use servo::identify::estimate::{
-    Estimate, Estimates, EstimatesReport, GAIN_FRAC, Mechanism, Reason, Reported, Standing, TIME_FRAC,
-    VOLTAGE_FRAC,
+    Estimate, Estimates, EstimatesReport, GAIN_FRAC, LAG_FRAC, Mechanism, Reason, Reported, Standing,
+    TIME_FRAC, VOLTAGE_FRAC,
 };
 use servo::protect::Fault;
 use std::path::Path;
@@ -199,6 +199,8 @@ pub struct Params {
     pub gain_rad_s_per_v: Option<Kept>,
     /// s.
     pub time_constant_s: Option<Kept>,
+    /// The smaller time constant, of winding, drive and delay, s; nothing: it stays as it is.
+    pub lag_s: Option<f64>,
     /// The load over the place; nothing: it stays as it is.
     pub position_load: Option<PlaceLoad>,
 }
@@ -218,7 +220,8 @@ impl Params {
 
     /// From the chip's report.
     pub fn of(report: &EstimatesReport) -> Self {
-        Params::holding(report.mechanism, &report.into())
+        let lag_s = (report.lag_s > 0.0).then(|| decimal(report.lag_s));
+        Params { lag_s, ..Params::holding(report.mechanism, &report.into()) }
     }
 
     fn holding(mechanism: Mechanism, found: &Found) -> Self {
@@ -232,6 +235,7 @@ impl Params {
             saturation_neg_v: kept(found.saturation_neg_v),
             gain_rad_s_per_v: kept(found.gain_rad_s_per_v),
             time_constant_s: kept(found.time_constant_s),
+            lag_s: None,
             position_load: None,
         }
     }
@@ -281,6 +285,8 @@ impl Params {
             gain: estimate(self.gain_rad_s_per_v, gain),
             time_constant: estimate(self.time_constant_s, second),
             mechanism: self.mechanism,
+            lag: (self.lag_s.unwrap_or(0.0) * f64::from(config.tick_hz) * f64::from(1u32 << LAG_FRAC)).round()
+                as u16,
         }
     }
 }

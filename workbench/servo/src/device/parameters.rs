@@ -87,6 +87,15 @@ const KEYS: &[Key] = &[
     identified!("identified.saturation_neg_v", saturation_neg_v, saturation[1]),
     identified!("identified.gain_rad_s_per_v", gain_rad_s_per_v, gain),
     identified!("identified.time_constant_s", time_constant_s, time_constant),
+    Key {
+        name: "identified.lag_s",
+        get: |p| estimates(p).map(|report| report.lag_s).filter(|lag| *lag > 0.0).map(|lag| lag.to_string()),
+        set: |p, text| {
+            let lag_s = Some(text.parse().ok().filter(|lag| *lag >= 0.0)?);
+            p.estimates.lag = Params { lag_s, ..Params::nothing() }.estimates(&p.config).lag;
+            Some(())
+        },
+    },
 ];
 
 /// The thermal limit of a small motor.
