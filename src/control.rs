@@ -37,6 +37,13 @@ const INTEGRATOR_BITS: u32 = 52;
 /// place.
 const LAGGING_BITS: u32 = 16;
 
+/// Fraction bits of a lag (LSB = a sixteenth of a control tick).
+pub const LAG_FRAC: u32 = 4;
+/// The shortest lag that a low pass has, a control tick.
+const ONE_TICK: u32 = 1 << LAG_FRAC;
+/// The longest lag, Q4: 4095 control ticks, four seconds at 1 kHz.
+pub const MOST_LAG: u32 = u16::MAX as u32;
+
 /// Half of the last place of a speed, as an acceleration: for rounding.
 const HALF_SPEED: i32 = 1 << (ACCELERATION_BITS - SPEED_BITS - 1);
 
@@ -130,8 +137,6 @@ pub struct Params {
     feed_speed: i32,
     /// τ/ω₀, voltage per acceleration, Q12.
     feed_acceleration: i32,
-    /// Part of its way that the low pass of the lag goes in a tick, Q30; 0: there is none.
-    lag_step: i32,
     /// Error with which a stuck axis integrates at least, counts Q12.
     stuck_error: i32,
     /// Ticks without a count after which an axis is stuck.
@@ -139,10 +144,10 @@ pub struct Params {
 }
 
 impl Params {
-    /// Gains for a motor whose lag is so many ticks. Runs once after an identification, in single precision, whose `+ − × ÷` are the same bits
+    /// Gains for a motor. Runs once after an identification, in single precision, whose `+ − × ÷` are the same bits
     /// on every machine.
     #[must_use]
-    pub fn new(motor: &Motor, lag_ticks: f32, tuning: &Tuning) -> Self {
+    pub fn new(motor: &Motor, tuning: &Tuning) -> Self {
         let tau = motor.tau_ticks;
         let bandwidth = tuning.bandwidth.max(SMALLEST_BANDWIDTH).min(LARGEST_BANDWIDTH * tau) / tau;
         let damping = 2.0 * bandwidth * tau - 1.0;
@@ -155,7 +160,6 @@ impl Params {
             integral: to_fixed(integral, 40),
             feed_speed: to_fixed(1.0 / motor.full_speed, 20),
             feed_acceleration: to_fixed(tau / motor.full_speed, 12),
-            lag_step: if lag_ticks > 0.0 { to_fixed(1.0 / lag_ticks.max(1.0), 30) } else { 0 },
             stuck_error: to_fixed(STUCK_RATE / (stiffness * INTEGRAL_SHARE * bandwidth * tau), 12),
             stuck_ticks: (STUCK_SHARE * tau) as u32,
         }
@@ -167,6 +171,10 @@ impl Params {
 pub struct State {
     /// Q52 of nominal voltage.
     integrator: i64,
+    /// The lag, control ticks, Q4.
+    lag: u32,
+    /// Part of its way that the low pass of the lag goes in a tick, Q30; 0: there is none.
+    lag_step: i32,
     /// Low pass of the reference's acceleration, with [`LAGGING_BITS`] more.
     lagging: i64,
     /// The integrator when the error changed its sign last, at rest.
@@ -192,6 +200,26 @@ impl State {
     pub fn watch(&mut self, count: i32) {
         self.still = if count == self.count { self.still.saturating_add(1) } else { 0 };
         self.count = count;
+    }
+
+    /// Forgets all but the lag, which is the motor's.
+    #[inline]
+    pub fn begin(&mut self) {
+        *self = Self { lag: self.lag, lag_step: self.lag_step, ..Self::default() };
+    }
+
+    /// The smaller time constant of the motor from now on: what winding, drive and delay keep back of the acceleration. Control ticks,
+    /// Q4, 0 … [`MOST_LAG`]; 0: none is known.
+    pub fn feed_lag(&mut self, lag: u32) {
+        (self.lag, self.lagging) = (lag.min(MOST_LAG), 0);
+        let step = (u32::MAX / self.lag.max(ONE_TICK)) << (30 + LAG_FRAC - u32::BITS);
+        self.lag_step = if lag == 0 { 0 } else { step as i32 };
+    }
+
+    /// What [`State::feed_lag`] was told.
+    #[must_use]
+    pub fn lag(&self) -> u32 {
+        self.lag
     }
 
     /// The reference rests: nothing is kept back any more.
@@ -274,7 +302,7 @@ impl Params {
         speed: Speed,
     ) -> Voltage {
         let lack = wanted.0.saturating_sub(speed.0);
-        let ahead = self.ahead(state, reference.acceleration);
+        let ahead = Self::ahead(state, reference.acceleration);
         self.steady_voltage(reference.speed)
             .plus(self.accelerating_voltage(ahead))
             .plus(Voltage(mul_shift(lack, self.speed, 20)))
@@ -283,12 +311,12 @@ impl Params {
 
     /// The acceleration, and beforehand what the lag will keep back of it.
     #[inline]
-    fn ahead(&self, state: &mut State, acceleration: Acceleration) -> Acceleration {
-        if self.lag_step == 0 {
+    fn ahead(state: &mut State, acceleration: Acceleration) -> Acceleration {
+        if state.lag_step == 0 {
             return acceleration;
         }
         let kept_back = acceleration.0.saturating_sub((state.lagging >> LAGGING_BITS) as i32);
-        let step = i64::from(kept_back).wrapping_mul(i64::from(self.lag_step)) >> (30 - LAGGING_BITS);
+        let step = i64::from(kept_back).wrapping_mul(i64::from(state.lag_step)) >> (30 - LAGGING_BITS);
         state.lagging = state.lagging.wrapping_add(step);
         Acceleration(acceleration.0.saturating_add(kept_back))
     }

@@ -100,6 +100,8 @@ pub enum Command {
     Stream(Point),
     /// Hold the load over the place with this table from now on, or with none. Refused while something excites.
     PositionLoad(PositionLoad),
+    /// Feed this lag forward from now on, control ticks, Q4; 0: none. Refused while something runs.
+    Lag(u32),
 }
 
 impl Command {
@@ -172,6 +174,11 @@ impl Axis {
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
             Command::PositionLoad(ref load) => self.position_load(state, load),
+            Command::Lag(lag) => {
+                self.idle(state)?;
+                state.control.feed_lag(lag);
+                Ok(())
+            }
             // What a restart brings, and what the image answers.
             _ => Err(Refusal::NotForAxis),
         }
@@ -228,6 +235,7 @@ impl Axis {
             compensation: state.compensation,
             protection: self.protection,
             position_load: state.load.told(state.datum),
+            lag: state.control.lag(),
         }
     }
 

@@ -71,7 +71,7 @@ impl Design {
                 Stage::Loops
             }
             Stage::Loops => {
-                self.loops = control::Params::new(&self.motor, last_trusted.lag_ticks(), tuning);
+                self.loops = control::Params::new(&self.motor, tuning);
                 self.lead = self.loops.error_for(0.25 * self.motor.full_speed);
                 Stage::DeadZone
             }

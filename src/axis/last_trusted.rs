@@ -1,7 +1,7 @@
 //! The last trusted value of every number that the loops use: a number that has lost its trust keeps it.
 
 use crate::compensate::SignSource;
-use crate::identify::estimate::{Estimate, Estimates, LAG_FRAC, Mechanism, Standing};
+use crate::identify::estimate::{Estimate, Estimates, Mechanism, Standing};
 use crate::record::Source;
 use crate::units::{Direction, Voltage};
 
@@ -71,8 +71,6 @@ pub struct LastTrusted {
     pub(super) gain: Trusted,
     pub(super) time_constant: Trusted,
     mechanism: Mechanism,
-    /// Control ticks, Q4.
-    lag: u16,
     /// Difference of the dead zones, positive less negative, as they were first known.
     split: Option<i32>,
 }
@@ -90,12 +88,10 @@ impl LastTrusted {
         if estimates.mechanism != Mechanism::Unclear {
             self.mechanism = estimates.mechanism;
         }
-        self.lag = estimates.lag;
         self.split = self.split.or(self.difference());
-        let linear = |it: &Self| (it.gain, it.time_constant, it.lag);
         if before == *self {
             Stage::Done
-        } else if linear(&before) == linear(self) {
+        } else if (before.gain, before.time_constant) == (self.gain, self.time_constant) {
             Stage::DeadZone
         } else {
             Stage::Motor
@@ -113,7 +109,6 @@ impl LastTrusted {
         if estimates.mechanism != Mechanism::Unclear {
             self.mechanism = estimates.mechanism;
         }
-        self.lag = estimates.lag;
         self.split = self.difference();
         Stage::Motor
     }
@@ -134,14 +129,8 @@ impl LastTrusted {
             gain: self.gain.complete(&known.gain),
             time_constant: self.time_constant.complete(&known.time_constant),
             mechanism: self.mechanism,
-            lag: self.lag,
             ..*known
         }
-    }
-
-    /// The lag of the linear part, control ticks; 0: none is known.
-    pub(super) fn lag_ticks(&self) -> f32 {
-        f32::from(self.lag) / (1 << LAG_FRAC) as f32
     }
 
     pub(super) fn sign_source(&self) -> SignSource {

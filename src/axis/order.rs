@@ -32,14 +32,16 @@ pub struct Restored {
     pub compensation: bool,
     /// The load over the place.
     pub position_load: PositionLoad,
+    /// The lag, control ticks, Q4.
+    pub lag: u32,
 }
 
 impl Restored {
     /// Of these parameters.
     #[must_use]
     pub fn of(parameters: &AxisParameters) -> Self {
-        let AxisParameters { estimates, compensation, position_load, .. } = *parameters;
-        Restored { estimates, compensation, position_load }
+        let AxisParameters { estimates, compensation, position_load, lag, .. } = *parameters;
+        Restored { estimates, compensation, position_load, lag }
     }
 }
 

@@ -289,8 +289,7 @@ impl State {
         if outcome.refused.is_some() {
             self.known.age();
         } else {
-            // A commissioning finds no lag, and does not change it.
-            self.known = Estimates { lag: self.known.lag, ..outcome.estimates };
+            self.known = outcome.estimates;
             self.last_trusted.begin_anew();
         }
         self.learn();
@@ -343,7 +342,7 @@ impl State {
 
     /// Holds the place where the shaft is, without what was pushed with until now.
     pub(super) fn settle(&mut self) {
-        self.control = control::State::default();
+        self.control.begin();
         self.mode = Mode::Hold(Position::of_count(self.count));
     }
 

@@ -1,7 +1,7 @@
 //! From one mode into another without a jump of the set-point or the voltage.
 
 use super::{Mode, State};
-use crate::control::{self, Reference};
+use crate::control::Reference;
 use crate::record::Source;
 use crate::units::{Acceleration, Position, SPEED_BITS, Voltage};
 
@@ -53,7 +53,7 @@ impl State {
         self.dry = false;
         match self.mode {
             Mode::Idle | Mode::Excite(_) => {
-                self.control = control::State::default();
+                self.control.begin();
                 self.voltage = Voltage::ZERO;
             }
             Mode::Drive(_) => {

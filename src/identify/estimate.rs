@@ -194,9 +194,6 @@ pub const GAIN_FRAC: u32 = 20;
 /// Fractional bits of the time constant (LSB = 2⁻¹² control ticks; up to 524,287 ticks = 26 s at 20 kHz).
 pub const TIME_FRAC: u32 = 12;
 
-/// Fractional bits of the lag (LSB = a sixteenth of a control tick; up to 4095 ticks).
-pub const LAG_FRAC: u32 = 4;
-
 /// Largest numbers that are stored: a voltage of four nominal supplies, an interval of one of them or of one rated speed, a
 /// difference of the gains of 100 %, a gain of 128.
 const MOST_VOLTAGE: i32 = (1 << (VOLTAGE_FRAC + 2)) - 1;
@@ -219,10 +216,6 @@ pub struct Estimates {
     pub time_constant: Estimate,
     /// Friction or input dead zone.
     pub mechanism: Mechanism,
-    /// The smaller time constant of the linear part: what winding, drive and delay keep back of the acceleration. Control ticks, Q4;
-    /// 0: none is known. No commissioning finds it; a model tells it.
-    #[serde(default)]
-    pub lag: u16,
 }
 
 impl Estimates {
@@ -276,9 +269,6 @@ impl Estimates {
         if later.mechanism != Mechanism::Unclear {
             self.mechanism = later.mechanism;
         }
-        if later.lag != 0 {
-            self.lag = later.lag;
-        }
     }
 }
 
@@ -312,8 +302,6 @@ pub struct EstimatesReport {
     pub time_constant_s: Reported,
     /// Friction or input dead zone.
     pub mechanism: Mechanism,
-    /// s; 0: none is known.
-    pub lag_s: f32,
 }
 
 impl Estimates {
@@ -340,7 +328,6 @@ impl Estimates {
             gain_rad_s_per_v: self.gain.report(gain),
             time_constant_s: self.time_constant.report(second),
             mechanism: self.mechanism,
-            lag_s: f32::from(self.lag) / (config.tick_hz as f32 * (1 << LAG_FRAC) as f32),
         }
     }
 }

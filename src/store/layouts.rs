@@ -4,7 +4,6 @@ use super::AxisParameters;
 use crate::compensate::position_load::PositionLoad;
 use crate::config::{Config, LATEST};
 use crate::control::Tuning;
-use crate::identify::estimate::{Estimate, Estimates, Mechanism};
 use crate::protect::Settings;
 use serde::{Deserialize, de::DeserializeOwned};
 
@@ -50,24 +49,6 @@ impl Config3 {
     }
 }
 
-/// What was identified, up to layout 5, which knew no lag.
-#[derive(Deserialize)]
-struct Estimates5 {
-    dead_zone: [Estimate; 2],
-    saturation: [Estimate; 2],
-    gain: Estimate,
-    gain_skew: i32,
-    time_constant: Estimate,
-    mechanism: Mechanism,
-}
-
-impl Estimates5 {
-    fn migrate(self) -> Estimates {
-        let Self { dead_zone, saturation, gain, gain_skew, time_constant, mechanism } = self;
-        Estimates { dead_zone, saturation, gain, gain_skew, time_constant, mechanism, lag: 0 }
-    }
-}
-
 /// The next axis of a set in an older layout; `None`: it cannot be read. An axis that is none was never configured.
 ///
 /// Part by part: what the layouts have in common is decoded by the same code.
@@ -83,10 +64,7 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
         LATEST.. => take(rest)?,
         _ => Config::take(layout, rest, &Config::EXAMPLE)?,
     };
-    let estimates = match layout {
-        1..=5 => take::<Estimates5>(rest)?.migrate(),
-        _ => take(rest)?,
-    };
+    let estimates = take(rest)?;
     // Layout 1 knew no choice about the loops, layout 2 none about protection.
     let (tuning, compensation) = match layout {
         1 => (Tuning::default(), true),
@@ -101,7 +79,9 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
         1..=4 => PositionLoad::default(),
         _ => take(rest)?,
     };
-    Some(Some(AxisParameters { config, estimates, tuning, compensation, protection, position_load }))
+    // Layout 6 came with the lag.
+    let lag = if layout > 5 { take(rest)? } else { 0 };
+    Some(Some(AxisParameters { config, estimates, tuning, compensation, protection, position_load, lag }))
 }
 
 /// The next item.

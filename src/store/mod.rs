@@ -58,6 +58,10 @@ pub struct AxisParameters {
     /// The load over the place; none before layout 5, and in texts of that time.
     #[serde(default)]
     pub position_load: PositionLoad,
+    /// The smaller time constant of the motor: what winding, drive and delay keep back of the acceleration. Control ticks, Q4, up to
+    /// 4095 ticks; 0: none is known. No commissioning finds it; a model tells it.
+    #[serde(default)]
+    pub lag: u32,
 }
 
 /// A set of parameters. A function of its own: within that of the commands it would take twice the room in an image.
@@ -79,6 +83,7 @@ impl AxisParameters {
             compensation: true,
             protection: Settings::default(),
             position_load: PositionLoad::default(),
+            lag: 0,
         }
     }
 

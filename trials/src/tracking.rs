@@ -337,7 +337,6 @@ pub fn exact(plant: &Plant) -> Estimates {
         dead_zone: truth.dead_zone_v.map(|v| trusted(v * volt)),
         saturation: truth.saturation_v.map(|level| level.map_or(Estimate::default(), |v| trusted(v * volt))),
         gain_skew: 0,
-        lag: 0,
         gain: trusted(relative * f64::from(1u32 << GAIN_FRAC)),
         time_constant: trusted(ticks * f64::from(1u32 << TIME_FRAC)),
         mechanism: match truth.cause {

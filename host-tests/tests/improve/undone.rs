@@ -82,7 +82,7 @@ fn a_winding_that_lags_is_fed_forward() {
     let winding = model::parse("motor.toml", &file).expect("a model");
     let (known, _) = candidate::candidate(&winding, &linear(), None).expect("a set");
     let mut slow = known;
-    slow.estimates.lag = 0;
+    slow.lag = 0;
     assert!(candidate::differs(&known, &slow));
     let motor = Builtin::new(&winding, &config(), 3);
     let servo = HostServo::power_up(Box::new(motor), config(), &Outside::default());

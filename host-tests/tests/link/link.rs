@@ -198,13 +198,13 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
                 gain: numbers[4],
                 time_constant: numbers[5],
                 gain_skew: 0,
-                lag: 97,
                 mechanism: Mechanism::Friction,
             },
             tuning: Tuning { bandwidth, integral: compensation },
             compensation,
             protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
             position_load: PositionLoad::default(),
+            lag: 97,
         },
     )
 }
@@ -214,6 +214,7 @@ fn unarmed_command() -> impl Strategy<Value = Command> {
         configuration().prop_map(Command::Configure),
         Just(Command::Stop),
         any::<bool>().prop_map(Command::Compensation),
+        any::<u32>().prop_map(Command::Lag),
         any::<u32>().prop_map(|every| Command::Subscribe { every }),
         parameters().prop_map(Command::Restore),
         Just(Command::Reset),

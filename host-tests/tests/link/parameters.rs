@@ -19,6 +19,7 @@ fn blank() -> AxisParameters {
         compensation: true,
         protection: Settings::default(),
         position_load: PositionLoad::default(),
+        lag: 0,
     }
 }
 
@@ -71,7 +72,7 @@ fn what_is_set_is_printed_and_read_back_whole() {
     assert_eq!(second.protection, first.protection);
     assert_eq!(second.protection.actions.of(Fault::NoMotion), Action::Brake);
     assert_eq!((second.tuning, second.compensation), (first.tuning, first.compensation));
-    assert!(first.estimates.lag > 0 && second.estimates.lag == first.estimates.lag);
+    assert!(first.lag > 0 && second.lag == first.lag);
     let off = second.estimates.dead_zone[0].value - first.estimates.dead_zone[0].value;
     assert!(off.abs() <= 1, "{off}");
 }

@@ -282,7 +282,6 @@ fn the_largest_set_fits_into_a_record() {
             gain: long,
             time_constant: long,
             mechanism: Mechanism::InputDeadZone,
-            lag: 127,
         }
         .to_store(),
         tuning: Tuning { bandwidth: 20.0, integral: true },
@@ -295,6 +294,7 @@ fn the_largest_set_fits_into_a_record() {
             command_timeout_ms: u16::MAX,
         },
         position_load: PositionLoad::default(),
+        lag: 127,
     };
     // The largest that a configuration may have.
     axis.config.counts_per_rev = 1_000_000;

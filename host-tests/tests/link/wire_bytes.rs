@@ -48,6 +48,7 @@ fn commands() -> Vec<Command> {
             ticks: 200,
         }),
         Command::PositionLoad(set(2).axes[0].expect("an axis").position_load),
+        Command::Lag(389),
     ]
 }
 

@@ -26,6 +26,7 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
         compensation: number.is_multiple_of(2),
         protection: Settings::default(),
         position_load: position_load(number),
+        lag: 21 + number % 500,
     }
 }
 
@@ -75,29 +76,22 @@ fn estimates(number: i32) -> Estimates {
         gain: trusted(1_050_000),
         time_constant: trusted(1_638_400),
         mechanism: Mechanism::Friction,
-        lag: 21 + number as u16 % 500,
     }
 }
 
-/// What was identified, as layouts 1 to 5 knew it, field by field.
-type Estimates5 = ([Estimate; 2], [Estimate; 2], Estimate, i32, Estimate, Mechanism);
-
-fn estimates_5(it: &Estimates) -> Estimates5 {
-    (it.dead_zone, it.saturation, it.gain, it.gain_skew, it.time_constant, it.mechanism)
-}
+type Axis5 = (Config, Estimates, Tuning, bool, Settings, PositionLoad);
 
 /// The set as layout 5 knew it.
 #[derive(Serialize)]
 pub struct SetLayout5 {
-    axes: Vec<Option<(Config, Estimates5, Tuning, bool, Settings, PositionLoad)>>,
+    axes: Vec<Option<Axis5>>,
 }
 
 impl SetLayout5 {
     /// What an older image would have stored of this set.
     pub fn of(set: &StoredParameters) -> Self {
         let axis = |it: &AxisParameters| {
-            let estimates = estimates_5(&it.estimates);
-            (it.config, estimates, it.tuning, it.compensation, it.protection, it.position_load)
+            (it.config, it.estimates, it.tuning, it.compensation, it.protection, it.position_load)
         };
         let axes = set.axes.iter().map(|entry| entry.as_ref().map(axis));
         SetLayout5 { axes: axes.collect() }
@@ -107,7 +101,7 @@ impl SetLayout5 {
 /// What must be read from it when it was stored in layout 4 or 5: without the lag.
 pub fn without_lag(set: &StoredParameters) -> StoredParameters {
     let mut set = set.clone();
-    set.axes.iter_mut().flatten().for_each(|axis| axis.estimates.lag = 0);
+    set.axes.iter_mut().flatten().for_each(|axis| axis.lag = 0);
     set
 }
 
@@ -148,7 +142,7 @@ fn config_3(config: &Config) -> Config3 {
     )
 }
 
-type Axis3 = (Config3, Estimates5, Tuning, bool, Settings);
+type Axis3 = (Config3, Estimates, Tuning, bool, Settings);
 
 /// The set as layout 3 knew it.
 #[derive(Serialize)]
@@ -161,7 +155,7 @@ impl SetLayout3 {
     pub fn of(set: &StoredParameters) -> Self {
         let axis = |axis: &AxisParameters| {
             let config = config_3(&axis.config);
-            (config, estimates_5(&axis.estimates), axis.tuning, axis.compensation, axis.protection)
+            (config, axis.estimates, axis.tuning, axis.compensation, axis.protection)
         };
         let axes = set.axes.iter().map(|entry| entry.as_ref().map(axis));
         SetLayout3 { axes: axes.collect() }
@@ -171,7 +165,7 @@ impl SetLayout3 {
 /// The set as layout 2 knew it: without empty axes.
 #[derive(Serialize)]
 pub struct SetLayout2 {
-    axes: Vec<(Config3, Estimates5, Tuning, bool)>,
+    axes: Vec<(Config3, Estimates, Tuning, bool)>,
 }
 
 impl SetLayout2 {
@@ -180,7 +174,7 @@ impl SetLayout2 {
         let axes = set.axes.iter().flatten();
         let axes = axes.map(|axis| {
             let config = config_3(&axis.config);
-            (config, estimates_5(&axis.estimates), axis.tuning, axis.compensation)
+            (config, axis.estimates, axis.tuning, axis.compensation)
         });
         SetLayout2 { axes: axes.collect() }
     }
@@ -189,14 +183,14 @@ impl SetLayout2 {
 /// The set as layout 1 knew it: without tuning.
 #[derive(Serialize)]
 pub struct SetLayout1 {
-    axes: Vec<(Config3, Estimates5)>,
+    axes: Vec<(Config3, Estimates)>,
 }
 
 impl SetLayout1 {
     /// What an older image would have stored of this set.
     pub fn of(set: &StoredParameters) -> Self {
         let axes = set.axes.iter().flatten();
-        let axes = axes.map(|axis| (config_3(&axis.config), estimates_5(&axis.estimates)));
+        let axes = axes.map(|axis| (config_3(&axis.config), axis.estimates));
         SetLayout1 { axes: axes.collect() }
     }
 }

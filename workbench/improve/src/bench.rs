@@ -185,6 +185,7 @@ impl Runs {
         self.session.command(Command::Adopt(numbers.estimates))?;
         self.session.command(Command::Compensation(numbers.compensation))?;
         self.session.command(Command::PositionLoad(numbers.position_load))?;
+        self.session.command(Command::Lag(numbers.lag))?;
         let begun = self.session.command(Command::Arm)?;
         let home = self.session.command(Command::Position(0.0));
         match home.and_then(|_| self.rest(|kept| kept.activity() == Activity::Holding)) {

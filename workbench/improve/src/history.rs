@@ -12,6 +12,7 @@ use std::path::{Path, PathBuf};
 use truing_core::outcome::Outcome;
 use truing_core::text::input_error::InputError;
 use truing_report::report::write_atomically;
+use truing_servo::device::parameters::lag_s;
 use truing_servo::device::place_load::{PlaceLoad, Sine};
 
 /// One line each.
@@ -111,9 +112,8 @@ impl Entry {
                 0.0,
             )
         };
-        let report = candidate.config.build().map(|scale| candidate.estimates.report(&scale));
-        let lag = report.into_iter().map(|report| f64::from(report.lag_s)).filter(|lag| *lag > 0.0);
-        let told = told.chain(lag.map(|lag| known("lag", "s", lag, 0.0)));
+        let lag = (candidate.lag > 0).then(|| known("lag", "s", lag_s(candidate), 0.0));
+        let told = told.chain(lag);
         let numbers = told.chain(load.sines.iter().map(sine)).collect();
         Self { numbers, after: Some(*candidate), ..self }
     }

@@ -140,7 +140,7 @@ pub fn differs(candidate: &AxisParameters, base: &AxisParameters) -> bool {
         known(parameters).map(|found| found.numbers().map(|(.., number)| number))
     };
     let (Some(new), Some(old)) = (numbers(candidate), numbers(base)) else { return true };
-    let [lag, other] = [candidate, base].map(|set| f64::from(set.estimates.lag));
+    let [lag, other] = [candidate, base].map(|set| f64::from(set.lag));
     let apart = candidate.compensation != base.compensation
         || (lag - other).abs() > SAME_LAG * lag.max(other)
         || !alike(&candidate.position_load, &base.position_load);

@@ -10,8 +10,8 @@ use serde::{Deserialize, Serialize};
 use servo::commission::Outcome;
 use servo::config::Config;
 use servo::identify::estimate::{
-    Estimate, Estimates, EstimatesReport, GAIN_FRAC, LAG_FRAC, Mechanism, Reason, Reported, Standing,
-    TIME_FRAC, VOLTAGE_FRAC,
+    Estimate, Estimates, EstimatesReport, GAIN_FRAC, Mechanism, Reason, Reported, Standing, TIME_FRAC,
+    VOLTAGE_FRAC,
 };
 use servo::protect::Fault;
 use std::path::Path;
@@ -220,8 +220,7 @@ impl Params {
 
     /// From the chip's report.
     pub fn of(report: &EstimatesReport) -> Self {
-        let lag_s = (report.lag_s > 0.0).then(|| decimal(report.lag_s));
-        Params { lag_s, ..Params::holding(report.mechanism, &report.into()) }
+        Params::holding(report.mechanism, &report.into())
     }
 
     fn holding(mechanism: Mechanism, found: &Found) -> Self {
@@ -285,8 +284,6 @@ impl Params {
             gain: estimate(self.gain_rad_s_per_v, gain),
             time_constant: estimate(self.time_constant_s, second),
             mechanism: self.mechanism,
-            lag: (self.lag_s.unwrap_or(0.0) * f64::from(config.tick_hz) * f64::from(1u32 << LAG_FRAC)).round()
-                as u16,
         }
     }
 }

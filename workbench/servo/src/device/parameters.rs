@@ -7,6 +7,7 @@ use crate::device::link::range_text;
 use crate::device::place_load::PlaceLoad;
 use servo::compensate::position_load::PositionLoad;
 use servo::config::{Config, SETTINGS, Setting, Value};
+use servo::control::{LAG_FRAC, MOST_LAG};
 use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::{Action, Fault, Thermal};
 use servo::store::AxisParameters;
@@ -89,10 +90,9 @@ const KEYS: &[Key] = &[
     identified!("identified.time_constant_s", time_constant_s, time_constant),
     Key {
         name: "identified.lag_s",
-        get: |p| estimates(p).map(|report| report.lag_s).filter(|lag| *lag > 0.0).map(|lag| lag.to_string()),
+        get: |p| (p.lag > 0).then(|| lag_s(p).to_string()),
         set: |p, text| {
-            let lag_s = Some(text.parse().ok().filter(|lag| *lag >= 0.0)?);
-            p.estimates.lag = Params { lag_s, ..Params::nothing() }.estimates(&p.config).lag;
+            p.lag = lag(text.parse().ok()?, &p.config)?;
             Some(())
         },
     },
@@ -288,10 +288,26 @@ fn units(config: &Config) -> (f32, f32, u32) {
     (config.supply_nominal_v, config.rated_speed_rad_s, config.tick_hz)
 }
 
+/// The lag of an axis, s.
+pub fn lag_s(parameters: &AxisParameters) -> f64 {
+    f64::from(parameters.lag) / f64::from(1u32 << LAG_FRAC) / f64::from(parameters.config.tick_hz)
+}
+
+/// A lag in the chip's unit; `None`: it is longer than one can be, or none.
+fn lag(seconds: f64, config: &Config) -> Option<u32> {
+    let lag = (seconds * f64::from(config.tick_hz) * f64::from(1u32 << LAG_FRAC)).round();
+    (0.0..=f64::from(MOST_LAG)).contains(&lag).then_some(lag as u32)
+}
+
 /// Numbers of `params.toml` put in force; of the load over the place as much as the loops bear.
 pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), InputError> {
     let estimates = params.estimates(&parameters.config);
     parameters.estimates.merge(&estimates);
+    if let Some(seconds) = params.lag_s {
+        parameters.lag = lag(seconds, &parameters.config).ok_or_else(|| {
+            InputError(format!("lag_s = {seconds} is longer than 4095 control ticks, or negative"))
+        })?;
+    }
     let Some(mut load) = params.position_load.clone() else { return Ok(()) };
     load.fit(parameters);
     let table = load.build(&parameters.config).map_err(|error| InputError(range_text(&error)));

@@ -22,6 +22,8 @@ pub enum Task {
     Adopt(Box<Estimates>),
     /// Hold the load over the place with this table.
     PositionLoad(PositionLoad),
+    /// Feed this lag forward, control ticks, Q4.
+    Lag(u32),
     /// Arm a capture when the next motion begins; what it holds is read out behind it.
     Capture {
         /// What to wait for.
