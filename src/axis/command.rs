@@ -174,11 +174,7 @@ impl Axis {
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
             Command::PositionLoad(ref load) => self.position_load(state, load),
-            Command::Lag(lag) => {
-                self.idle(state)?;
-                state.control.feed_lag(lag);
-                Ok(())
-            }
+            Command::Lag(lag) => self.lag(state, lag),
             // What a restart brings, and what the image answers.
             _ => Err(Refusal::NotForAxis),
         }
@@ -261,11 +257,6 @@ impl Axis {
         state.commissioning = None;
         state.outcome = None;
         state.mode = Mode::Commission(Request::default());
-        Ok(())
-    }
-
-    fn compensation(&self, state: &mut State, on: bool) -> Result<(), Refusal> {
-        state.compensation = on;
         Ok(())
     }
 

@@ -1,4 +1,5 @@
-//! The load over the place at work: where its angle counts from, and whether it acts.
+//! What is compensated beside what was identified: the load over the place at work (where its angle counts from, and whether it acts), the lag,
+//! and whether the dead zone is at all.
 //!
 //! The counter starts anywhere at power-up, so a table acts only where its angle is known: one over the counter as it is, in the
 //! session in which it came; one over the angle from the reference once that was found. A stored table waits for the reference.
@@ -117,6 +118,19 @@ impl Load {
 }
 
 impl Axis {
+    /// At any time.
+    pub(super) fn compensation(&self, state: &mut State, on: bool) -> Result<(), Refusal> {
+        state.compensation = on;
+        Ok(())
+    }
+
+    /// While nothing runs: set-points do not jump.
+    pub(super) fn lag(&self, state: &mut State, lag: u32) -> Result<(), Refusal> {
+        self.idle(state)?;
+        state.control.feed_lag(lag);
+        Ok(())
+    }
+
     /// In any mode but those that excite: the integrator gives what the table takes over.
     #[inline(never)]
     pub(super) fn position_load(&self, state: &mut State, load: &PositionLoad) -> Result<(), Refusal> {

@@ -104,14 +104,8 @@ impl Entry {
         let told =
             told.filter_map(|(name, unit, it)| Some(known(name, unit, it.value?, it.u95.unwrap_or(0.0))));
         let load = PlaceLoad::of(&candidate.position_load, &candidate.config);
-        let sine = |it: &Sine| {
-            known(
-                &format!("load, {} cycles of {} counts", it.cycles, load.period_counts),
-                "V",
-                it.amplitude_v,
-                0.0,
-            )
-        };
+        let name = |it: &Sine| format!("load, {} cycles of {} counts", it.cycles, load.period_counts);
+        let sine = |it: &Sine| known(&name(it), "V", it.amplitude_v, 0.0);
         let lag = (candidate.lag > 0).then(|| known("lag", "s", lag_s(candidate), 0.0));
         let told = told.chain(lag);
         let numbers = told.chain(load.sines.iter().map(sine)).collect();

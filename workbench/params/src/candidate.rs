@@ -22,8 +22,6 @@ const FIRST_TOLERANCE: f64 = 0.05;
 const DOUBTED_TOLERANCE: f64 = 1.0;
 /// Numbers that differ by less than this share are the same to the loops.
 const SAME: f64 = 0.02;
-/// Lags that differ by less than this share of the larger one are the same.
-const SAME_LAG: f64 = 0.1;
 /// Loads that differ by less than this share of their largest voltage are the same.
 const SAME_LOAD: f64 = 0.05;
 /// Places at which loads are compared.
@@ -140,9 +138,9 @@ pub fn differs(candidate: &AxisParameters, base: &AxisParameters) -> bool {
         known(parameters).map(|found| found.numbers().map(|(.., number)| number))
     };
     let (Some(new), Some(old)) = (numbers(candidate), numbers(base)) else { return true };
-    let [lag, other] = [candidate, base].map(|set| f64::from(set.lag));
     let apart = candidate.compensation != base.compensation
-        || (lag - other).abs() > SAME_LAG * lag.max(other)
+        // Lags that differ by a tenth are the same.
+        || candidate.lag.abs_diff(base.lag) > candidate.lag.max(base.lag) / 10
         || !alike(&candidate.position_load, &base.position_load);
     apart
         || new.iter().zip(&old).any(|(new, old)| {

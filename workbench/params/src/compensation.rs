@@ -79,8 +79,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
     let dead_zone_pos_v = zone("dead_zone_pos_v", value.dead_zone[0] > 0.0, |t| t.dead_zone[0]);
     let dead_zone_neg_v = zone("dead_zone_neg_v", value.dead_zone[1] > 0.0, |t| t.dead_zone[1]);
     let sure = [dead_zone_pos_v, dead_zone_neg_v].iter().flatten().all(|kept| kept.trusted);
-    let mut limit =
-        |name: &str, level: f64, pick: Pick| below_supply(level).then(|| voltage(name, pick, sure));
+    let mut limit = |name: &str, level, pick: Pick| below_supply(level).then(|| voltage(name, pick, sure));
     let saturation_pos_v = limit("saturation_pos_v", value.saturation[0], |t| t.saturation[0]);
     let saturation_neg_v = limit("saturation_neg_v", value.saturation[1], |t| t.saturation[1]);
     let mut linear = |name: &str, pick: Pick| {
@@ -244,18 +243,12 @@ fn electrical(plant: &Physics) -> f64 {
 
 /// The one that makes nearly all of it; of a drop, which friction turns into one, half.
 fn mechanism(zone: [f64; 2], friction: [f64; 2], drop: f64) -> Mechanism {
-    const MOST: f64 = 0.8;
     let [zone, friction, drop]: [f64; 3] = [zone, friction, [drop; 2]].map(|sides| sides.iter().sum());
     let all = zone + friction + drop;
-    if all > 0.0 && friction >= MOST * all {
-        Mechanism::Friction
-    } else if all > 0.0 && zone >= MOST * all {
-        Mechanism::InputDeadZone
-    } else if all > 0.0 && drop >= 0.5 * all {
-        Mechanism::VoltageDrop
-    } else {
-        Mechanism::Unclear
-    }
+    use Mechanism::{Friction, InputDeadZone, Unclear, VoltageDrop};
+    let parts = [(friction, 0.8, Friction), (zone, 0.8, InputDeadZone), (drop, 0.5, VoltageDrop)];
+    let made = parts.into_iter().find(|(part, share, _)| *part > 0.0 && *part >= share * all);
+    made.map_or(Unclear, |it| it.2)
 }
 
 /// Variance by first-order propagation of what the effects' parameters are known by.

@@ -41,10 +41,7 @@ impl InputError {
     /// All of these at once, a line each, if there are any.
     pub fn all(complaints: Vec<Self>) -> Result<(), Self> {
         let texts: Vec<String> = complaints.into_iter().map(|complaint| complaint.0).collect();
-        match texts.is_empty() {
-            true => Ok(()),
-            false => Err(Self(texts.join("\n"))),
-        }
+        if texts.is_empty() { Ok(()) } else { Err(Self(texts.join("\n"))) }
     }
 }
 

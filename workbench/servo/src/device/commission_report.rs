@@ -295,9 +295,6 @@ fn estimate(kept: Option<Kept>, per_unit: f64) -> Estimate {
     Estimate {
         value: (kept.value * per_unit).round() as i32,
         u95: (kept.u95 * per_unit).round() as i32,
-        standing: match kept.trusted {
-            true => Standing::Trusted,
-            false => Standing::Doubtful(Reason::NotIdentified),
-        },
+        standing: if kept.trusted { Standing::Trusted } else { Standing::Doubtful(Reason::NotIdentified) },
     }
 }

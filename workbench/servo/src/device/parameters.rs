@@ -91,10 +91,7 @@ const KEYS: &[Key] = &[
     Key {
         name: "identified.lag_s",
         get: |p| (p.lag > 0).then(|| lag_s(p).to_string()),
-        set: |p, text| {
-            p.lag = lag(text.parse().ok()?, &p.config)?;
-            Some(())
-        },
+        set: |p, text| lag(text.parse().ok()?, &p.config).map(|lag| p.lag = lag),
     },
 ];
 
@@ -304,9 +301,8 @@ pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), Inp
     let estimates = params.estimates(&parameters.config);
     parameters.estimates.merge(&estimates);
     if let Some(seconds) = params.lag_s {
-        parameters.lag = lag(seconds, &parameters.config).ok_or_else(|| {
-            InputError(format!("lag_s = {seconds} is longer than 4095 control ticks, or negative"))
-        })?;
+        let what = || InputError(format!("lag_s = {seconds} is longer than 4095 control ticks, or negative"));
+        parameters.lag = lag(seconds, &parameters.config).ok_or_else(what)?;
     }
     let Some(mut load) = params.position_load.clone() else { return Ok(()) };
     load.fit(parameters);

@@ -128,8 +128,7 @@ pub fn scale(model: &Model, log: &Log, outcome: &Outcome) -> Option<DataFault> {
     let explained = share(outcome.holdout.fit_percent_after);
     // Below a limit a speed rises more steeply than a line through all of it: that is no mistake of the file.
     let straight = Motion::of(record)?.straight_gain(&motion::Base::of(&model.kind, record.input)?);
-    let far = [ratio, straight].iter().all(|gain| !ODD.contains(gain));
-    let odd = far && !model.fitted_to_log && explained > MOST;
+    let odd = !ODD.contains(&ratio) && !ODD.contains(&straight) && !model.fitted_to_log && explained > MOST;
     let suspect = suspects::of_any_size(record, ratio);
     odd.then(|| told(&[(explained, &suspect)], share(outcome.holdout.fit_percent_before)))
 }

@@ -133,10 +133,8 @@ impl Desk<'_> {
     fn seen(&self, found: &[(usize, Meaning, Extent)]) -> String {
         let (index, _, extent) = found[0];
         let others: Vec<String> = found[1..].iter().map(|it| format!("`{}`", self.name(it.0))).collect();
-        let others = match others.is_empty() {
-            true => String::new(),
-            false => format!(", one of several beside {},", others.join(", ")),
-        };
+        let beside = format!(", one of several beside {},", others.join(", "));
+        let others = if others.is_empty() { "" } else { &beside };
         format!("`{}` ({} … {}){others}", self.name(index), short(extent.min), short(extent.max))
     }
 

@@ -194,10 +194,8 @@ impl Client {
         let bytes =
             encode(number, request, &mut buffer).map_err(|_| InputError("a command is too long".into()))?;
         self.outgoing.extend_from_slice(bytes);
-        let (patience, patient_turns) = match self.parting {
-            true => (LAST_PATIENCE, 0),
-            false => (PATIENCE, PATIENT_TURNS),
-        };
+        let (patience, patient_turns) =
+            if self.parting { (LAST_PATIENCE, 0) } else { (PATIENCE, PATIENT_TURNS) };
         let deadline = Instant::now() + patience;
         let (mut turns, mut answer) = (0, None);
         loop {

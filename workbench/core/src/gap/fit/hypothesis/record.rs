@@ -65,13 +65,8 @@ impl Hypothesis<'_> {
     /// Whether an effect may join: offered on this axis, not there, not of a family that is there or known.
     pub fn admits(&self, effect: &'static Effect) -> bool {
         let drive = driven_by(&self.model.kind, self.model.base(), self.dataset.input).drive;
-        let winding = match self.model.kind {
-            Kind::DcMotor { .. } => true,
-            Kind::FirstOrder { viscous_vs_per_rad, .. } => {
-                effect.axis == Axis::BackEmf && viscous_vs_per_rad > 0.0
-            }
-            Kind::Inertia { .. } => false,
-        };
+        let told = matches!(self.model.kind, Kind::FirstOrder { viscous_vs_per_rad, .. } if viscous_vs_per_rad > 0.0);
+        let winding = matches!(self.model.kind, Kind::DcMotor { .. }) || told && effect.axis == Axis::BackEmf;
         let known = self.model.known.iter().map(|known| known.effect);
         let shows = !self.dataset.of_position || !OF_SPEED_SENSOR.contains(&effect);
         effect.fits(drive, winding, self.dataset.linear)
