@@ -6,6 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use servo::axis::Bridge;
 use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC};
 use servo::link::protocol::Command;
+use servo::motion::excitation::{Sweep, Waveform};
 use servo::store::AxisParameters;
 use std::cell::OnceCell;
 use std::path::PathBuf;
@@ -14,6 +15,7 @@ use trials::extent;
 use trials::host_servo::{HostServo, Outside};
 use truing::device::link::Client;
 use truing::device::motor::{Builtin, Drive, Motor, Reading};
+use truing::device::session::{Start, Task};
 use truing::device::setup::Setup;
 use truing::improve::candidate::{self, Analysed};
 use truing::improve::history;
@@ -115,6 +117,20 @@ fn a_fault_ends_a_trial_with_its_name() {
     let tried = trial::run(&mut bench(servo), [&known, &linear()], f64::INFINITY);
     let Ok(Tried::Faulted(_, what)) = tried else { panic!("{tried:?}") };
     assert!(what.contains("encoder"), "{what}");
+}
+
+/// Hardly any friction: the shaft turns on for seconds behind a recording, and home is where it was when the trial began.
+#[test]
+fn a_trial_that_begins_with_a_coasting_shaft_measures_from_its_home() {
+    let mut bench = bench(power_up("", &Outside::default()));
+    let waveform =
+        Waveform { amplitude_v: 3.0, from_hz: 0.25, to_hz: 0.25, sweep: Sweep::Linear, duration_ms: 1000 };
+    bench.session(Start::Configure(config().into()), &[Task::Excite(waveform)]).expect("an excited motor");
+    let tried = trial::run(&mut bench, [&linear(), &linear()], f64::INFINITY);
+    let Ok(Tried::Whole(trial)) = tried else { panic!("{tried:?}") };
+    let crawl = trial.motions.iter().find(|it| it.motion.name == "crawl").expect("a crawl");
+    let count = std::f64::consts::TAU / f64::from(config().counts_per_rev);
+    assert!(crawl.at_floor && crawl.old_rms_rad.iter().all(|rms| *rms < 0.8 * count), "{crawl:?}");
 }
 
 #[test]

@@ -148,10 +148,10 @@ impl Bench {
         let mut runs =
             Runs { session: Session::open(self.wire.line(), Start::Stored, self.listening)?, seconds: 0.0 };
         runs.rest(|_| true)?;
-        runs.session.command(Command::Restore(*parameters))?;
-        // Positions count from the first record.
-        runs.session.kept.get_mut().log = RunLog::new(parameters.config);
+        let begun = runs.session.command(Command::Restore(*parameters))?;
         runs.session.pause(0.0)?;
+        // Positions count from the first record: a shaft that still coasts is elsewhere by the next one.
+        runs.session.kept.get_mut().log.rows.retain(|row| row.tick >= begun);
         Ok(runs)
     }
 }
