@@ -19,6 +19,15 @@ const OVERTIME: (f64, f64) = (2.0, 10.0);
 
 impl Session {
     pub(super) fn commission(&mut self, budget_s: f64, seed: u32, progress: &mut Listener) -> Performed {
+        // A shaft that turns on from before would go the same way under both voltages.
+        let kept = self.kept.get_mut();
+        let turns = !kept.stands(kept.log.rows.len());
+        if turns && self.config().travel_limit_rad.is_none() {
+            self.brake(progress)?;
+            self.command(Command::Stop)?;
+        } else if turns {
+            self.coast(LONGEST_REST_S, progress)?;
+        }
         self.command(Command::Arm)?;
         let budget_ms = (budget_s * 1000.0).round() as u32;
         self.kept.get_mut().ended = None;
