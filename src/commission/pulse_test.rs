@@ -74,8 +74,9 @@ pub(super) struct Pulses {
     pulse: u32,
     /// Counter in the middle of its long part.
     middle: i32,
-    /// Counts that followed, in the pulses of either sign.
+    /// Counts that followed, in the pulses of either sign, and in the quarter behind, where a shaft that coasts goes on.
     followed: [i32; 2],
+    coasted: i32,
     /// The counter left its place in a pulse: whatever else, there is an encoder.
     shown: bool,
     /// The encoder has proved itself.
@@ -157,6 +158,9 @@ impl Params {
         if now == last.saturating_add(pulse_test.delay) {
             pulses.note(input.count, towards, pulse);
         }
+        if now == rest.saturating_add(pulse_test.delay) {
+            pulses.coasted = pulses.coasted.saturating_add(pulses.way(input.count, towards));
+        }
         if now >= end {
             self.next_pulse(state, input, pulse_test.proof);
         }
@@ -208,10 +212,16 @@ impl Pulses {
     }
 
     fn note(&mut self, count: i32, towards: i32, pulse: u32) {
-        let followed = count.wrapping_sub(self.middle).saturating_mul(towards);
+        let followed = self.way(count, towards);
         let [even, odd] = &mut self.followed;
         let sum = if pulse & 1 == 0 { even } else { odd };
         *sum = sum.saturating_add(followed);
+        self.middle = count;
+    }
+
+    /// Counts since the last look.
+    fn way(&self, count: i32, towards: i32) -> i32 {
+        count.wrapping_sub(self.middle).saturating_mul(towards)
     }
 
     fn total(&self) -> i32 {
@@ -220,10 +230,12 @@ impl Pulses {
     }
 
     /// By so many counts, and in the pulses of either sign: a shaft whose drive acts in one direction alone, below the dead
-    /// zone of the other, coasts against every second pulse.
+    /// zone of the other, coasts against every second pulse. Nor does it turn round behind: a slow winding or a delay makes the
+    /// shaft answer the part before.
     fn runs_back(&self, counts: i32) -> bool {
         let share = counts.saturating_neg() / 4;
-        self.total() <= counts.saturating_neg() && self.followed.iter().all(|sum| *sum <= share)
+        let [even, odd] = self.followed;
+        self.total() <= counts.saturating_neg() && [even, odd, self.coasted].iter().all(|sum| *sum <= share)
     }
 
     /// The current is sensed, and there is none.

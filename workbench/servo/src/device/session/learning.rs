@@ -19,16 +19,11 @@ const OVERTIME: (f64, f64) = (2.0, 10.0);
 
 impl Session {
     pub(super) fn commission(&mut self, budget_s: f64, seed: u32, progress: &mut Listener) -> Performed {
-        // A shaft that turns on from before would go the same way under both voltages.
-        let kept = self.kept.get_mut();
-        let turns = !kept.stands(kept.log.rows.len());
-        if turns && self.config().travel_limit_rad.is_none() {
-            self.brake(progress)?;
-            self.command(Command::Stop)?;
-        } else if turns {
-            self.coast(LONGEST_REST_S, progress)?;
-        }
         self.command(Command::Arm)?;
+        let still = self.standstill().min(self.kept.borrow().log.rows.len());
+        if !self.kept.borrow().stands(still) {
+            self.stop_shaft(progress)?;
+        }
         let budget_ms = (budget_s * 1000.0).round() as u32;
         self.kept.get_mut().ended = None;
         let start = self.command(Command::Commission { budget_ms, seed })?;
@@ -94,6 +89,16 @@ impl Session {
         })?;
         self.coast(LONGEST_REST_S, progress)?;
         Ok(())
+    }
+
+    /// A shaft that turns on from before would go the same way under both voltages of a commissioning.
+    fn stop_shaft(&mut self, progress: &mut Listener) -> Result<(), InputError> {
+        if self.config().travel_limit_rad.is_some() {
+            return self.coast(LONGEST_REST_S, progress).map(|_| ());
+        }
+        self.brake(progress)?;
+        self.command(Command::Stop)?;
+        self.command(Command::Arm).map(|_| ())
     }
 
     /// Waits until the shaft stands, no longer than this; does it?
