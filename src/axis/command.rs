@@ -62,7 +62,7 @@ pub enum Command {
         /// Decimation, ticks.
         every: u32,
     },
-    /// Take over what an earlier commissioning has found.
+    /// Take over what an earlier commissioning has found; what it lacks is forgotten.
     Adopt(Estimates),
     /// Turn at this speed from now on, rad/s at the controlled shaft.
     Speed(f32),

@@ -98,17 +98,16 @@ impl LastTrusted {
         }
     }
 
-    /// Takes what an earlier life has trusted; the stage from which the design has to follow.
+    /// Takes what an earlier life has trusted, and nothing else; the stage from which the design has to follow.
     pub fn restore(&mut self, estimates: &Estimates) -> Stage {
+        *self = Self::default();
         for side in Direction::BOTH {
             self.dead_zone[side].restore(&estimates.dead_zone[side]);
             self.saturation[side].restore(&estimates.saturation[side]);
         }
         self.gain.restore(&estimates.gain);
         self.time_constant.restore(&estimates.time_constant);
-        if estimates.mechanism != Mechanism::Unclear {
-            self.mechanism = estimates.mechanism;
-        }
+        self.mechanism = estimates.mechanism;
         self.split = self.difference();
         Stage::Motor
     }
