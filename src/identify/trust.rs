@@ -155,7 +155,8 @@ impl Params {
                 }
             }
             Part::Gain => {
-                if evidence.excitation == Excitation::Chosen {
+                let pushed = estimates.dead_zone.iter().any(|side| side.value < 0);
+                if pushed || evidence.excitation == Excitation::Chosen {
                     share_doubt(&mut estimates.dead_zone);
                 }
                 estimates.gain_skew = gain_skew(solution);

@@ -1,12 +1,13 @@
 //! Motors with gravity beside friction: the counter starts anywhere, the table acts in the session, and is put back like all else.
 
-use crate::rig::{Held, bench, bits, config, job, motor};
+use crate::rig::{Held, bench, bits, config, job, linear, motor};
 use servo::compensate::position_load::{Harmonic, Load, PositionLoad};
 use servo::link::protocol::Command;
 use servo::store::AxisParameters;
 use trials::host_servo::{HostServo, Outside};
 use truing::device::link::Client;
 use truing::device::motor::{Builtin, Drive, Motor, Reading};
+use truing::device::session::{Profile, SessionResult, Start, Task};
 use truing::improve::commands::improve::undone;
 use truing::improve::history::{self, Entry};
 use truing::improve::improving;
@@ -94,6 +95,21 @@ fn a_shaft_that_a_load_drives_away_is_told() {
     println!("{told}");
     assert!(told.contains("driven away"), "{told}");
     assert_eq!(bits(*outside.stored.borrow()), before);
+}
+
+/// What it takes to turn against a load is no dead zone: where the other direction takes less than nothing, neither is trusted.
+#[test]
+fn ordinary_motion_takes_no_load_for_a_dead_zone() {
+    let track = Task::Track {
+        profile: Profile::Sine { amplitude_rad: 3.0, frequency_hz: 1.0, seconds: 10.0 },
+        compensation: true,
+    };
+    let known = Task::Adopt(Box::new(linear().estimates));
+    let bench = bench(beside("[known.constant_load]\ntorque_nm = 0.0225\n", &Outside::default()));
+    let session = bench.session(Start::Configure(config().into()), &[known, track]);
+    session.and_then(SessionResult::complete).expect("a sine");
+    let learned = bench.in_force().expect("an answer").expect("a set").estimates;
+    assert!(learned.dead_zone.iter().all(|side| side.trusted().is_none()), "{learned:?}");
 }
 
 /// A table acts, a line is lost in the middle of a trial: the next command puts it back, and it acts.

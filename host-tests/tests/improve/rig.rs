@@ -1,6 +1,7 @@
 //! A motor with hidden effects behind the servo's library, and jobs for the loop.
 
 use servo::config::Config;
+use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Standing, TIME_FRAC};
 use servo::optional::Optional;
 use servo::store::AxisParameters;
 use std::cell::RefCell;
@@ -10,6 +11,7 @@ use trials::host_servo::{HostServo, Outside};
 use truing::device::link::Wire;
 use truing::device::motor::Builtin;
 use truing::device::session::Listening;
+use truing::device::setup::Setup;
 use truing::improve::bench::Bench;
 use truing::improve::candidate;
 use truing::improve::improving::{self, Improved, Job};
@@ -108,4 +110,20 @@ pub fn improved(effects: &str, model: Option<Model>, outside: &Outside, out: &Pa
 /// A set as text: one bit that differs shows.
 pub fn bits(set: Option<AxisParameters>) -> String {
     serde_json::to_string(&set).expect("a set")
+}
+
+/// What a commissioning without error would know of the linear motor.
+pub fn linear() -> AxisParameters {
+    let known = motor("").physics();
+    let config = config();
+    let trusted = |value: f64| Estimate { value: value as i32, u95: 0, standing: Standing::Trusted };
+    let nominal = f64::from(config.supply_nominal_v) / f64::from(config.rated_speed_rad_s);
+    let estimates = Estimates {
+        gain: trusted(known.dc_gain() * nominal * f64::from(1u32 << GAIN_FRAC)),
+        time_constant: trusted(
+            known.time_constant_s() * f64::from(config.tick_hz) * f64::from(1u32 << TIME_FRAC),
+        ),
+        ..Estimates::default()
+    };
+    AxisParameters { estimates, ..Setup::from(config).parameters(None) }
 }

@@ -1,13 +1,12 @@
 //! What is kept, what is rolled back, and that nothing else ever happens.
 
-use crate::rig::{DEAD_ZONE, Held, bench, bits, config, improved, job, motor, power_up, text};
+use crate::rig::{DEAD_ZONE, Held, bench, bits, config, improved, job, linear, motor, power_up, text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::Bridge;
-use servo::identify::estimate::{Estimate, Estimates, GAIN_FRAC, Mechanism, Standing, TIME_FRAC};
+use servo::identify::estimate::{Estimate, Mechanism, Standing};
 use servo::link::protocol::Command;
 use servo::motion::excitation::{Sweep, Waveform};
-use servo::store::AxisParameters;
 use std::cell::OnceCell;
 use std::path::PathBuf;
 use std::rc::Rc;
@@ -16,29 +15,12 @@ use trials::host_servo::{HostServo, Outside};
 use truing::device::link::Client;
 use truing::device::motor::{Builtin, Drive, Motor, Reading};
 use truing::device::session::{Start, Task};
-use truing::device::setup::Setup;
 use truing::improve::candidate::{self, Analysed};
 use truing::improve::history;
 use truing::improve::improving::{self, Job, Stop};
 use truing::improve::trial::{self, Tried};
 use truing::system::model::{self, KT, Model};
 use truing::text::input_error::InputError;
-
-/// What a commissioning without error would know of the linear motor.
-fn linear() -> AxisParameters {
-    let known = motor("").physics();
-    let config = config();
-    let trusted = |value: f64| Estimate { value: value as i32, u95: 0, standing: Standing::Trusted };
-    let nominal = f64::from(config.supply_nominal_v) / f64::from(config.rated_speed_rad_s);
-    let estimates = Estimates {
-        gain: trusted(known.dc_gain() * nominal * f64::from(1u32 << GAIN_FRAC)),
-        time_constant: trusted(
-            known.time_constant_s() * f64::from(config.tick_hz) * f64::from(1u32 << TIME_FRAC),
-        ),
-        ..Estimates::default()
-    };
-    AxisParameters { estimates, ..Setup::from(config).parameters(None) }
-}
 
 #[test]
 fn a_motor_with_a_dead_zone_follows_better_and_that_is_stored() {
