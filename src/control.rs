@@ -4,14 +4,15 @@
 //!
 //! ```text
 //! ω*  = ω_ref + k_p·(θ_ref − θ)                               position loop
-//! v   = (ω_ref + τ·α)/ω₀ + k_v·(ω* − ω) + I                  speed loop and feed-forward
+//! v   = (ω_ref + late·ω̇_ref + τ·α)/ω₀ + k_v·(ω* − ω) + I     speed loop and feed-forward
 //! α   = ω̇_ref + (ω̇_ref − low pass of ω̇_ref)                   what the lag keeps back, beforehand
 //! İ   = k_i·(θ_ref − θ)                                       integrator; waits while that would clip v further
 //! ```
 //!
 //! Both poles of the position loop lie at −ω_c (critically damped): `(1 + ω₀k_v)/τ = 2ω_c` and `ω₀k_v·k_p/τ = ω_c²`.
-//! The low pass has the time constant of the lag, the smaller one of the motor: together the feed-forward is
-//! `1 + τs + τ·lag·s²/(1 + lag·s)`, and α is at most three times the largest acceleration.
+//! *Late* is the duty, half a tick behind the delay of the PWM. The low pass has the time constant of late and the lag, the smaller
+//! time constant of the motor, together: the feed-forward is `1 + (τ + late)s + τ·(late + lag)·s²/(1 + (late + lag)·s)`, and α at most
+//! three times the largest acceleration.
 //!
 //! The one knob is the bandwidth in units of 1/τ, ω_c = [`Tuning::bandwidth`]/τ. The integrator adds a slow pole at
 //! about [`INTEGRAL_SHARE`]·ω_c. Conditional integration: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006,
@@ -20,7 +21,7 @@
 use crate::encoder::Motor;
 use crate::units::{
     ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, Voltage, bounded, limited,
-    mul_shift, to_fixed,
+    mul_shift, mul_shift_within, to_fixed,
 };
 use serde::{Deserialize, Serialize};
 
@@ -41,6 +42,7 @@ const LAGGING_BITS: u32 = 16;
 pub const LAG_FRAC: u32 = 4;
 /// The shortest lag that a low pass has, a control tick.
 const ONE_TICK: u32 = 1 << LAG_FRAC;
+const HALF_TICK: u32 = ONE_TICK / 2;
 /// The longest lag, Q4: 4095 control ticks, four seconds at 1 kHz.
 pub const MOST_LAG: u32 = u16::MAX as u32;
 
@@ -171,9 +173,11 @@ impl Params {
 pub struct State {
     /// Q52 of nominal voltage.
     integrator: i64,
+    /// Ticks from a sample to the middle of the tick in which its duty acts, Q4.
+    late: u32,
     /// The lag, control ticks, Q4.
     lag: u32,
-    /// Part of its way that the low pass of the lag goes in a tick, Q30; 0: there is none.
+    /// Part of its way that the low pass of both goes in a tick, Q30; 0: there is none.
     lag_step: i32,
     /// Low pass of the reference's acceleration, with [`LAGGING_BITS`] more.
     lagging: i64,
@@ -187,6 +191,22 @@ pub struct State {
 }
 
 impl State {
+    /// Of an axis whose duty acts so many ticks behind its sample.
+    pub fn new(delay_ticks: u8) -> Self {
+        let late = (u32::from(delay_ticks) << LAG_FRAC).wrapping_add(HALF_TICK);
+        let mut state = Self { late, ..Self::default() };
+        state.feed_lag(0);
+        state
+    }
+
+    /// The reference's speed when the duty acts.
+    #[inline]
+    fn then(&self, reference: &Reference) -> Speed {
+        const SHIFT: u32 = ACCELERATION_BITS - SPEED_BITS + LAG_FRAC;
+        let gained = mul_shift_within(reference.acceleration.0, self.late as i32, SHIFT);
+        Speed(reference.speed.0.saturating_add(gained))
+    }
+
     /// The integrator's voltage.
     #[must_use]
     #[inline]
@@ -202,18 +222,19 @@ impl State {
         self.count = count;
     }
 
-    /// Forgets all but the lag, which is the motor's.
+    /// Forgets all but what the axis and its motor are.
     #[inline]
     pub fn begin(&mut self) {
-        *self = Self { lag: self.lag, lag_step: self.lag_step, ..Self::default() };
+        *self = Self { late: self.late, lag: self.lag, lag_step: self.lag_step, ..Self::default() };
     }
 
     /// The smaller time constant of the motor from now on: what winding, drive and delay keep back of the acceleration. Control ticks,
     /// Q4, 0 … [`MOST_LAG`]; 0: none is known.
     pub fn feed_lag(&mut self, lag: u32) {
         (self.lag, self.lagging) = (lag.min(MOST_LAG), 0);
-        let step = (u32::MAX / self.lag.max(ONE_TICK)) << (30 + LAG_FRAC - u32::BITS);
-        self.lag_step = if lag == 0 { 0 } else { step as i32 };
+        let both = self.late.saturating_add(self.lag);
+        let step = (u32::MAX / both.max(ONE_TICK)) << (30 + LAG_FRAC - u32::BITS);
+        self.lag_step = if both == 0 { 0 } else { step as i32 };
     }
 
     /// What [`State::feed_lag`] was told.
@@ -303,7 +324,7 @@ impl Params {
     ) -> Voltage {
         let lack = wanted.0.saturating_sub(speed.0);
         let ahead = Self::ahead(state, reference.acceleration);
-        self.steady_voltage(reference.speed)
+        self.steady_voltage(state.then(reference))
             .plus(self.accelerating_voltage(ahead))
             .plus(Voltage(mul_shift(lack, self.speed, 20)))
             .plus(state.integral())

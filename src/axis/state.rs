@@ -235,7 +235,8 @@ impl Axis {
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
         *renewal = design::Stage::Motor;
-        (*encoder, *control, *pwm, *current_limit) = Default::default();
+        (*encoder, *pwm, *current_limit) = Default::default();
+        *control = control::State::new(self.scale.config.pwm_delay_ticks);
         protect.restart();
     }
 }
