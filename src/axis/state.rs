@@ -231,11 +231,10 @@ impl Axis {
         (*compensation, *ordered) = (true, true);
         (*mode, *limit, *listener, *voltage) = (Mode::Idle, Limit::None, Listener::None, Voltage::ZERO);
         (*standstill, *reference) = (encoder::Standstill::default(), Reference::default());
-        (*known, *last_trusted, *load) = Default::default();
+        (*known, *last_trusted, *load, *encoder, *pwm, *current_limit) = Default::default();
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
         *renewal = design::Stage::Motor;
-        (*encoder, *pwm, *current_limit) = Default::default();
         *control = control::State::new(self.scale.config.pwm_delay_ticks);
         protect.restart();
     }

@@ -21,17 +21,19 @@ impl Session {
     pub(super) fn commission(&mut self, budget_s: f64, seed: u32, progress: &mut Listener) -> Performed {
         self.command(Command::Arm)?;
         let still = self.standstill().min(self.kept.borrow().log.rows.len());
-        if !self.kept.borrow().stands(still) {
-            self.stop_shaft(progress)?;
+        if self.config().travel_limit_rad.is_none() && !self.kept.borrow().stands(still) {
+            // A shaft that turns on from before would go the same way under both voltages.
+            self.brake(progress)?;
+            self.command(Command::Stop)?;
+            self.command(Command::Arm)?;
         }
         let budget_ms = (budget_s * 1000.0).round() as u32;
         self.kept.get_mut().ended = None;
         let start = self.command(Command::Commission { budget_ms, seed })?;
         let limit = start + self.ticks(OVERTIME.0 * budget_s + OVERTIME.1);
         self.run_to(limit, |kept| kept.ended.is_some(), "commissioning", progress)?;
-        let ended = self.kept.get_mut().ended.take();
-        let outcome =
-            ended.ok_or_else(|| InputError("the commissioning does not end; update the firmware".into()))?;
+        let hangs = || InputError("the commissioning does not end; update the firmware".into());
+        let outcome = self.kept.get_mut().ended.take().ok_or_else(hangs)?;
         self.pause(PAUSE_S)?;
         Ok(Done::Commissioned(Box::new(outcome)))
     }
@@ -87,18 +89,7 @@ impl Session {
             None => Command::Voltage(0.0),
             Some(_) => Command::Position(self.here()),
         })?;
-        self.coast(LONGEST_REST_S, progress)?;
-        Ok(())
-    }
-
-    /// A shaft that turns on from before would go the same way under both voltages of a commissioning.
-    fn stop_shaft(&mut self, progress: &mut Listener) -> Result<(), InputError> {
-        if self.config().travel_limit_rad.is_some() {
-            return self.coast(LONGEST_REST_S, progress).map(|_| ());
-        }
-        self.brake(progress)?;
-        self.command(Command::Stop)?;
-        self.command(Command::Arm).map(|_| ())
+        self.coast(LONGEST_REST_S, progress).map(|_| ())
     }
 
     /// Waits until the shaft stands, no longer than this; does it?
@@ -113,11 +104,8 @@ impl Session {
 /// What the servo has stored.
 pub(super) fn stored(client: &mut Client) -> Result<AxisParameters, InputError> {
     let parameters = client.parameters()?;
-    let found = client.hello()?.stored;
-    parameters.ok_or_else(|| {
-        InputError(format!(
-            "this axis has no parameters to go on with ({}); run `truing commission --store` first",
-            found_text(found)
-        ))
-    })
+    let found = found_text(client.hello()?.stored);
+    let what =
+        format!("this axis has no parameters to go on with ({found}); run `truing commission --store` first");
+    parameters.ok_or(InputError(what))
 }

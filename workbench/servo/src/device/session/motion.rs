@@ -83,9 +83,8 @@ impl Session {
         let reached = self.run_to(end, over, "excitation", progress)?;
         let faulted = self.stop_motion(captures)?;
         self.command(Command::Parameters)?;
-        let learned = self.kept.borrow().estimates;
-        let learned = learned
-            .ok_or_else(|| InputError("the servo does not tell what it knows; update its firmware".into()))?;
+        let mute = || InputError("the servo does not tell what it knows; update its firmware".into());
+        let learned = self.kept.borrow().estimates.ok_or_else(mute)?;
         let span = Span { start, hold: reached, end: reached, faulted };
         Ok(Done::Excited(span, Box::new(learned)))
     }
