@@ -373,8 +373,7 @@ impl Session {
     /// Lets the servo run for so long, s.
     pub fn pause(&mut self, seconds: f64) -> Result<(), InputError> {
         let end = self.kept.borrow().now() + self.ticks(seconds).max(2);
-        self.run_to(end, |_| false, "pause", &mut |_| {})?;
-        Ok(())
+        self.run_to(end, |_| false, "pause", &mut |_| {}).map(|_| ())
     }
 
     /// Ends the connection; all that was recorded.

@@ -85,8 +85,7 @@ impl Session {
         self.command(Command::Parameters)?;
         let mute = || InputError("the servo does not tell what it knows; update its firmware".into());
         let learned = self.kept.borrow().estimates.ok_or_else(mute)?;
-        let span = Span { start, hold: reached, end: reached, faulted };
-        Ok(Done::Excited(span, Box::new(learned)))
+        Ok(Done::Excited(Span { start, hold: reached, end: reached, faulted }, Box::new(learned)))
     }
 
     pub(super) fn go(&mut self, target: Target, progress: &mut Listener) -> Performed {
@@ -124,7 +123,10 @@ impl Session {
             _ => self.ticks(SPACING_S).max(SPACING_TICKS),
         };
         let knots = waypoints::knots(points, self.config().tick_hz, spacing);
-        let centre = self.here();
+        // Where it holds, to a part of a count: a counter that reads n stands for n + ½.
+        let half = 0.5 * TAU / self.config().counts_per_rev as f32;
+        let holds = self.kept.borrow().activity() == Activity::Holding;
+        let centre = self.here() - if holds { self.off_target() + half } else { 0.0 };
         if let Some(first) = knots.first().filter(|first| first.theta_rad != 0.0) {
             self.command(Command::Position(centre + first.theta_rad as f32))?;
             let end = self.kept.borrow().now() + self.ticks(LONGEST_REST_S);
