@@ -4,8 +4,8 @@
 //! The observer instead runs the identified motor beside the real one and corrects it by what the counter says:
 //!
 //! ```text
-//! ω̇ = (ω₀·v − ω)/τ + δ + l₂·e        v: acting voltage behind the dead zone, ω₀: speed at nominal voltage
-//! θ̇ = ω + l₁·e                       e: innovation
+//! ω̇ = i/τ + δ + l₂·e                 i: low pass of ω₀·v − ω, as the lag lets the current follow; ω₀: speed at nominal voltage
+//! θ̇ = ω + l₁·e                       v: acting voltage behind the dead zone, e: innovation
 //! δ̇ = l₃·e                           δ: unknown acceleration (load, model error)
 //! ```
 //!
@@ -17,8 +17,8 @@
 //! fed to the speed, and a shaft at rest has speed zero.
 
 use crate::units::{
-    ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, Voltage, bounded, mul_shift, saturate,
-    to_fixed,
+    ACCELERATION_BITS, Acceleration, LowPass, ONE_TICK, Position, SPEED_BITS, Speed, Voltage, bounded,
+    low_pass_step, mul_shift, saturate, to_fixed,
 };
 
 /// Observer poles in units of 1/τ. Faster follows load changes sooner and passes more quantisation noise.
@@ -56,12 +56,14 @@ pub struct Params {
     to_speed: i32,
     /// l₃/l₂, Q24.
     to_load: i32,
+    /// Way of the current's low pass in a tick, Q30; 0: the current follows at once.
+    lag_step: i32,
 }
 
 impl Params {
-    /// Gains for a motor.
+    /// Gains for a motor, with the lag of before.
     #[must_use]
-    pub fn new(motor: &Motor) -> Self {
+    pub fn of(&self, motor: &Motor) -> Self {
         let decay = 1.0 / motor.tau_ticks;
         let pole = (BANDWIDTH * decay).min(FASTEST);
         let l1 = 3.0 * pole - decay;
@@ -72,7 +74,14 @@ impl Params {
             to_position: to_fixed(l1, 20),
             to_speed: to_fixed(l2, 32),
             to_load: to_fixed(pole * pole * pole / l2, 24),
+            ..*self
         }
+    }
+
+    /// With the smaller time constant of the motor, control ticks Q4; 0: none is known. The low pass is half a tick longer, and the mean
+    /// of what it says before and after a tick half a tick earlier.
+    pub fn lag(&mut self, lag: u32) {
+        self.lag_step = if lag == 0 { 0 } else { low_pass_step(lag.saturating_add(ONE_TICK / 2)) };
     }
 }
 
@@ -84,6 +93,8 @@ pub struct State {
     speed: i64,
     /// Counts per tick², Q58.
     load: i64,
+    /// What the current stands for: the speed that the motor lacks as the lag lets it through, counts per tick.
+    lagging: LowPass,
 }
 
 impl State {
@@ -91,7 +102,7 @@ impl State {
     #[must_use]
     #[inline]
     pub fn at_rest(count: i32) -> Self {
-        Self { position: Position::of_count(count), speed: 0, load: 0 }
+        Self { position: Position::of_count(count), speed: 0, load: 0, lagging: LowPass::default() }
     }
 
     /// Estimated position.
@@ -136,11 +147,20 @@ impl Params {
     fn predict(&self, state: &mut State, voltage: Option<Voltage>) {
         let speed = state.speed().0;
         let lack = voltage.map_or(0, |v| mul_shift(v.0, self.full_speed, 20).saturating_sub(speed));
-        state.position = state.position.plus(state.speed >> (STATE_BITS - 32));
+        let lack = if self.lag_step == 0 {
+            lack
+        } else {
+            let before = state.lagging;
+            state.lagging.pass(lack, self.lag_step);
+            state.lagging.since(before)
+        };
+        let before = state.speed;
         let acceleration = (lack as i64).wrapping_mul(self.inverse_tau as i64);
         // Bounded by the correction that follows: |speed| ≤ 2⁵⁵, |acceleration| ≤ 2⁵⁵, |load| ≤ 2⁴⁹.
         state.speed =
             state.speed.wrapping_add(acceleration).wrapping_add(state.load >> (LOAD_BITS - STATE_BITS));
+        // By the mean speed of the tick: with that of its start, the speed would be the one of half a tick later.
+        state.position = state.position.plus(before.wrapping_add(state.speed) >> (STATE_BITS + 1 - 32));
     }
 
     #[inline]

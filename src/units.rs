@@ -226,6 +226,20 @@ pub fn to_fixed(value: f32, bits: u32) -> i32 {
     (if scaled < 0.0 { scaled - 0.5 } else { scaled + 0.5 }) as i32
 }
 
+/// The integer of 64 bits towards zero, saturating. Its body at each of its places would take more of the image.
+#[must_use]
+#[inline(never)]
+pub const fn whole(value: f32) -> i64 {
+    value as i64
+}
+
+/// A distance, counts Q32, as counts. By its halves, an instruction each: one of 64 bits would take 120 bytes of the image.
+#[must_use]
+#[inline]
+pub fn counts_in(distance: i64) -> f32 {
+    (distance >> 32) as i32 as f32 + distance as u32 as f32 / 4_294_967_296.0
+}
+
 /// Sine of `phase` (2³² a turn), Q30, within four of its last places.
 #[inline]
 pub(crate) fn sin(phase: u32) -> i32 {
@@ -246,6 +260,42 @@ pub(crate) fn sin(phase: u32) -> i32 {
 /// makes unsigned numbers, and a product of two signs takes seven instructions instead of one.
 const TAYLOR: [i32; 7] =
     [-3_912, -123_655, -2_756_359, -40_215_962, -342_277_223, -1_387_197_337, -1_686_629_713];
+
+/// Fraction bits of a time constant (LSB = a sixteenth of a control tick).
+pub const LAG_FRAC: u32 = 4;
+/// A control tick as a time constant: the shortest that a low pass has.
+pub const ONE_TICK: u32 = 1 << LAG_FRAC;
+
+/// Part of its way that a low pass with this time constant, control ticks Q4, goes in a tick, Q30.
+#[must_use]
+pub const fn low_pass_step(time: u32) -> i32 {
+    let time = if time < ONE_TICK { ONE_TICK } else { time };
+    ((u32::MAX / time) << (30 + LAG_FRAC - u32::BITS)) as i32
+}
+
+/// A low pass of first order, with 16 bits more than its input: a slow one still moves by what is left of a place.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct LowPass(i64);
+
+impl LowPass {
+    const BITS: u32 = 16;
+
+    /// One tick towards an input. Returns what it keeps back of it before.
+    #[inline]
+    pub fn pass(&mut self, input: i32, step: i32) -> i32 {
+        let kept_back = input.saturating_sub((self.0 >> Self::BITS) as i32);
+        let way = i64::from(kept_back).wrapping_mul(i64::from(step)) >> (30 - Self::BITS);
+        self.0 = self.0.wrapping_add(way);
+        kept_back
+    }
+
+    /// The mean of what it says now and said before.
+    #[must_use]
+    #[inline]
+    pub fn since(&self, before: Self) -> i32 {
+        (before.0.wrapping_add(self.0) >> (Self::BITS + 1)) as i32
+    }
+}
 
 /// Control ticks in so many milliseconds, rounded down; saturates. Without a 64-bit division, which would take 900 bytes of
 /// the image.

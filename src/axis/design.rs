@@ -67,7 +67,7 @@ impl Design {
             Stage::Done => Stage::Done,
             Stage::Motor => {
                 (self.motor, self.gain_source) = motor(scale, last_trusted);
-                self.observer = encoder::Params::new(&self.motor);
+                self.observer = self.observer.of(&self.motor);
                 Stage::Loops
             }
             Stage::Loops => {

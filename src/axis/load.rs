@@ -127,7 +127,7 @@ impl Axis {
     /// While nothing runs: set-points do not jump.
     pub(super) fn lag(&self, state: &mut State, lag: u32) -> Result<(), Refusal> {
         self.idle(state)?;
-        state.control.feed_lag(lag);
+        state.feed_lag(lag);
         Ok(())
     }
 

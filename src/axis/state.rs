@@ -241,6 +241,12 @@ impl Axis {
 }
 
 impl State {
+    /// The smaller time constant of the motor: [`control::State::feed_lag`].
+    pub(super) fn feed_lag(&mut self, lag: u32) {
+        self.control.feed_lag(lag);
+        self.design.observer.lag(self.control.lag());
+    }
+
     /// The loops are to use what is known now, as far as it is trusted.
     #[inline]
     pub(crate) fn learn(&mut self) {

@@ -159,7 +159,7 @@ impl Params {
     /// that a joint is allowed.
     pub(super) fn unseen(scale: &Scale) -> i64 {
         let counts = LEAST_UNSEEN.max(pulse_test::travel_counts(scale) / 8.0);
-        (counts * (1u32 << 30) as f32 / scale.rated_counts_per_tick_q16.max(1) as f32) as i64
+        crate::units::whole(counts * (1u32 << 30) as f32 / scale.rated_counts_per_tick_q16.max(1) as f32)
     }
 
     /// Travel at rated speed, counts, saturating.

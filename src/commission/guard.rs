@@ -3,7 +3,7 @@
 use super::{Input, Params, Phase, State};
 use crate::config::Scale;
 use crate::identify::estimate::Reason;
-use crate::units::{Direction, VoltageQ14};
+use crate::units::{Direction, VoltageQ14, whole};
 
 /// Voltage at which every motor that has broken away keeps turning, Q14: 0.5.
 const HARD: i32 = 8_192;
@@ -42,7 +42,7 @@ impl Limits {
         Limits {
             // Eight counts at 2 % of rated speed, at least 0.2 s: a slow motor lingers while it turns.
             still_ticks: (400 * 65_536 / scale.rated_counts_per_tick_q16.max(1)).max(config.tick_hz / 5),
-            energy: config.energy_limit_j.get().map_or(u64::MAX, |limit| (limit / joule_ticks) as u64),
+            energy: config.energy_limit_j.get().map_or(u64::MAX, |limit| whole(limit / joule_ticks) as u64),
             time_constant: (config.time_constant_hint_s.get().unwrap_or(0.1) * 2.0 * config.tick_hz as f32)
                 as u32,
             step_ticks,

@@ -12,7 +12,7 @@
 //! compensated: the voltage stands at the terminals.
 
 use crate::config::{ConfigError, Field, Scale, within};
-use crate::units::{Voltage, mul_shift_within, sin, to_fixed};
+use crate::units::{Voltage, mul_shift_within, sin, to_fixed, whole};
 use micromath::F32Ext;
 use serde::{Deserialize, Serialize};
 
@@ -123,7 +123,7 @@ enum Change {
 
 impl Change {
     fn by_slope(turns_per_tick2: f32) -> Self {
-        Change::Slope((turns_per_tick2 * TURN) as i64)
+        Change::Slope(whole(turns_per_tick2 * TURN))
     }
 
     /// (f₁/f₀)^(1/n) − 1. `micromath`'s logarithm is right to 3·10⁻⁴, which is the relative error of the last frequency.
@@ -165,5 +165,5 @@ const TURN: f32 = 18_446_744_073_709_551_616.0;
 const MOST_DOUBLINGS: u32 = 40;
 
 fn turns(per_tick: f32) -> u64 {
-    (per_tick * TURN) as u64
+    whole(per_tick * TURN) as u64
 }

@@ -12,8 +12,8 @@
 
 use crate::control::Reference;
 use crate::units::{
-    ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, Voltage, mul_high, mul_shift,
-    mul_shift_within, to_fixed,
+    ACCELERATION_BITS, Acceleration, ERROR_BITS, Position, SPEED_BITS, Speed, Voltage, counts_in, mul_high,
+    mul_shift, mul_shift_within, to_fixed,
 };
 
 /// 1 in Q30.
@@ -213,7 +213,7 @@ impl Move {
     #[must_use]
     pub fn plan(start: &Reference, target: Position, limits: &Limits) -> Option<Self> {
         let distance = target.0.wrapping_sub(start.position.0);
-        let counts = (distance >> 20) as f32 / (1u32 << 12) as f32;
+        let counts = counts_in(distance);
         let speed = start.speed.0 as f32 / (1u32 << SPEED_BITS) as f32;
         let acceleration = start.acceleration.0 as f32 / (1u32 << ACCELERATION_BITS) as f32;
         let stopping = limits.ticks_for_change(speed.abs() + limits.tau_ticks * acceleration.abs());

@@ -15,6 +15,7 @@ mod gates;
 #[cfg(all(target_os = "linux", target_arch = "x86_64", not(miri)))]
 mod image_tasks;
 mod miri;
+mod observer;
 mod position_load;
 mod protect;
 mod reach;

@@ -27,9 +27,10 @@ fn plant() -> Plant {
     Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(400_020), &PlantOptions::default())
 }
 
+/// Of 76 counts: over a few, where in its count the axis begins says more than its numbers.
 fn sine() -> Task {
     Task::Track {
-        profile: Profile::Sine { amplitude_rad: 2.0, frequency_hz: 1.0, seconds: 3.0 },
+        profile: Profile::Sine { amplitude_rad: 10.0, frequency_hz: 1.0, seconds: 3.0 },
         compensation: true,
     }
 }

@@ -14,7 +14,8 @@
 use super::Point;
 use crate::control::Reference;
 use crate::units::{
-    ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, mul_shift_within, saturate, to_fixed,
+    ACCELERATION_BITS, Acceleration, Position, SPEED_BITS, Speed, counts_in, mul_shift_within, saturate,
+    to_fixed, whole,
 };
 
 /// Fastest point, counts per tick, and largest acceleration, counts per tick², as of a sine.
@@ -61,7 +62,7 @@ impl Knot {
             && acceleration.abs() < HARDEST
             && ticks.contains(&point.ticks);
         fits.then(|| Self {
-            position: Position::of_count(zero).plus((counts * 4_294_967_296.0) as i64),
+            position: Position::of_count(zero).plus(whole(counts * 4_294_967_296.0)),
             speed: Speed(to_fixed(speed, SPEED_BITS)),
             acceleration: Acceleration(to_fixed(acceleration, ACCELERATION_BITS)),
             bends: point.acceleration_rad_s2.is_some(),
@@ -87,7 +88,7 @@ impl Plan {
         let ticks = end.ticks as f32;
         let real = |value: i32, bits: u32| value as f32 / (1u32 << bits) as f32;
         let offset = end.position.0.wrapping_sub(start.position.0);
-        let distance = (offset >> 20) as f32 / (1u32 << 12) as f32;
+        let distance = counts_in(offset);
         let [w0, w1] = [start.speed, end.speed].map(|speed| real(speed.0, SPEED_BITS) * ticks);
         let [a0, a1] = [start.acceleration, end.acceleration]
             .map(|acceleration| real(acceleration.0, ACCELERATION_BITS) * ticks * ticks);
@@ -162,7 +163,7 @@ impl Segment {
             position: Polynomial::new([c5, c4, c3, c2, c1]),
             speed: Polynomial::new([5.0 * c5, 4.0 * c4, 3.0 * c3, 2.0 * c2, c1].map(per_tick)),
             acceleration: Polynomial::new([20.0 * c5, 12.0 * c4, 6.0 * c3, 2.0 * c2].map(per_tick2)),
-            increment: (ONE_Q60 / plan.ticks) as u64,
+            increment: whole(ONE_Q60 / plan.ticks) as u64,
             elapsed: 0,
         }
     }

@@ -94,9 +94,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         saturation_neg_v,
         gain_rad_s_per_v: Some(linear("gain_rad_s_per_v", |t| t.gain)),
         time_constant_s: Some(linear("time_constant_s", |t| t.time_constant)),
-        // A low pass of the chip is no shorter than a control tick.
-        lag_s: Some(value.lag)
-            .filter(|lag| lag * f64::from(config.tick_hz) >= 1.0 && doubtful(model, |t| t.lag).is_none()),
+        lag_s: Some(value.lag).filter(|lag| *lag > 0.0 && doubtful(model, |t| t.lag).is_none()),
         ..Params::nothing()
     };
     let mut left_out = left_out(model);
@@ -120,8 +118,7 @@ fn place_load(
     };
     let waves: Vec<Wave> = waves::waves(model).into_iter().filter(&mut sure).collect();
     params.position_load = waves::table(&waves, config);
-    let [constant, sines] =
-        params.position_load.clone().map(|mut load| load.fit(&beside)).unwrap_or_default();
+    let [constant, sines] = params.position_load.clone().map(|mut it| it.fit(&beside)).unwrap_or_default();
     let mut sines = sines.into_iter();
     let part = |wave: &Wave| {
         let share = if wave.per_turn == 0.0 { *constant.first()? } else { sines.next()? };

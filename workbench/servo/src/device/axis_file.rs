@@ -132,8 +132,7 @@ impl Reader<'_> {
 
     /// A value that is none of this type, in the parser's own words.
     fn typed<T: DeserializeOwned>(&self, key: &str, value: &Spanned<Value>) -> Result<T, InputError> {
-        let wrong =
-            |error: toml::de::Error| self.here(value, format!("{key}: {}", in_words(error.message())));
+        let wrong = |why: toml::de::Error| self.here(value, format!("{key}: {}", in_words(why.message())));
         value.get_ref().clone().try_into().map_err(wrong)
     }
 

@@ -200,8 +200,7 @@ fn set_load(parameters: &mut AxisParameters, key: &str, value: &str) -> Result<(
     let mut table = load(parameters).unwrap_or_default();
     table.insert(key.into(), value.parse().map_err(wrong)?);
     let load: PlaceLoad = table.try_into().map_err(wrong)?;
-    parameters.position_load =
-        load.build(&parameters.config).map_err(|error| InputError(range_text(&error)))?;
+    parameters.position_load = load.build(&parameters.config).map_err(|it| InputError(range_text(&it)))?;
     Ok(())
 }
 
