@@ -150,6 +150,23 @@ fn a_dead_zone_and_a_limit_are_both_named() {
     assert!(!outcome.places.is_empty(), "where the gap sits is told");
 }
 
+/// A model without a resistance knows the current as the voltage that it takes: 2 A at 2 Ω.
+#[test]
+fn a_first_order_model_names_a_current_limit_as_a_voltage() {
+    let mut hidden = motor();
+    hidden.drive.current_limit_a = 2.0;
+    let text = "schema = \"truing-model/1\"\n[model]\nkind = \"first_order\"\ngain_rad_s_per_v = 17.2\ntime_constant_s = 0.066\n\
+        viscous_vs_per_rad = 0.0018\nelectrical_time_constant_s = 0.001\n[supply]\nnominal_v = 12.0\n[sensors]\n\
+        speed = \"encoder_difference_centred\"\nspeed_window_s = 0.0048\n";
+    let model = model::parse("first-order.toml", text).unwrap();
+    let holdout = [recorded(&hidden, 24)];
+    let outcome = gap::run(&model, &recorded(&hidden, 23), &holdout, &Options::default(), &|_| {}).unwrap();
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["current_limit"]));
+    let told = &outcome.effects[0].derived["limit_v"];
+    assert!((told.value - 4.0).abs() < 0.12 && told.unit == "V" && told.std.is_some(), "{told:?}");
+    closes(&outcome);
+}
+
 #[test]
 fn friction_is_not_taken_for_a_dead_zone_nor_the_other_way_round() {
     let mut hidden = motor();

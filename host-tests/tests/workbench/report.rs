@@ -394,7 +394,9 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
     let mut effects = vec![
         effect("coulomb_friction", ("level_nm", value(0.045, 0.001, "N m")), None),
         effect("flexible_coupling", ("damping", value(0.2, 0.1, "N m s/rad")), None),
+        effect("current_limit", ("limit_a", value(4.0, 0.1, "A")), None),
     ];
+    effects[2].derived = BTreeMap::from([("limit_v".to_owned(), value(4.0, 0.1, "V"))]);
     effects[0].derived = BTreeMap::from([
         ("level_v".to_owned(), value(0.675, 0.015, "V")),
         ("level_rad_s2".to_owned(), value(101.25, 2.25, "rad/s²")),
@@ -409,7 +411,8 @@ fn friction_of_a_first_order_model_is_told_in_volts() {
         // 0.675 V · 15 rad/s/V / 0.1 s.
         assert!(said.contains("101.2 ± 2.2 rad/s²"), "{said}");
         assert!(said.contains("damping_v") && said.contains("3.0 ± 1.5 V s/rad"), "{said}");
-        assert!(!said.contains("N m") && !said.contains("level_nm"), "{said}");
+        assert!(said.contains("limit_v") && said.contains("4.00 ± 0.10 V"), "{said}");
+        assert!(!said.contains("N m") && !said.contains("level_nm") && !said.contains("limit_a"), "{said}");
     }
     let json = Json.export(&outcome).unwrap();
     assert!(json.contains("\"level_nm\"") && json.contains("\"level_v\""), "{json}");

@@ -242,8 +242,7 @@ pub fn small(outcome: &Outcome) -> String {
 
 /// A name with its size, where it has one: `dead_zone of 0.65 V`. Two sides have two sizes.
 fn sized(effect: &NamedEffect) -> String {
-    let measured =
-        |(_, v): &(&String, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
+    let measured = |(_, v): &(_, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
     let between = effect.derived.iter().find(|(name, _)| name.contains(MINUS));
     let known = effects::find(&effect.name);
     let two = known.and_then(effects::Effect::sides).is_some();

@@ -200,7 +200,6 @@ fn supply(rows: &[Row], sheet: Option<&Sheet>, model: &Model, names: &Names) -> 
     let volts = model.supply_nominal_v.filter(|_| fits)?;
     let least = 0.1 * rows.iter().fold(0.0_f64, |most, row| most.max(row.input.abs()));
     let what = "i_a is the current of the supply, not that of the winding: it is smaller by the duty";
-    let drop =
-        move |row: &Row| if row.input.abs() > least { row.drop * volts / row.input } else { row.across };
+    let drop = move |it: &Row| if it.input.abs() > least { it.drop * volts / it.input } else { it.across };
     Some((what.into(), without(names), Box::new(drop)))
 }

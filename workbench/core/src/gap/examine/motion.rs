@@ -258,8 +258,7 @@ impl Motion {
     pub fn is_driven_both_ways(&self) -> bool {
         let rows = self.stretches.iter().flat_map(|it| it.input.iter().zip(&it.speed));
         let fast = rows.filter(|row| row.1.abs() > 0.5 * self.fastest);
-        let hard =
-            median(&mut fast.map(|row| row.0.abs()).collect::<Vec<_>>()).max(0.5 * self.largest_input());
+        let hard = median(&mut fast.map(|it| it.0.abs()).collect::<Vec<_>>()).max(0.5 * self.largest_input());
         // Rows at the largest input itself always count, whatever its noise. Chosen by judgement; not studied.
         let hard = hard.min(0.95 * self.largest_input());
         let rows = |sign: f64| self.inputs().filter(|u| sign * **u > hard).count();

@@ -104,8 +104,7 @@ impl<'h, 'a> Evaluator<'h, 'a> {
             let start = |x: &&[f64]| self.hypothesis.start_speed(index, x);
             Compared { run, starts: many.iter().map(start).collect() }
         };
-        let runs: Vec<Compared> =
-            runs.filter(|(_, run)| run.log == 0 || only_holdout).map(compared).collect();
+        let runs: Vec<Compared> = runs.filter(|(_, it)| it.log == 0 || only_holdout).map(compared).collect();
         let room = runs.iter().map(|Compared { run, .. }| run.speed.len() + run.current.len()).sum::<usize>();
         for out in out.iter_mut() {
             out.clear();

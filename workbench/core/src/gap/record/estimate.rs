@@ -9,6 +9,7 @@ use crate::gap::torque::Torque;
 use crate::outcome::volts;
 use crate::outcome::{DEVIATIONS, Value};
 use crate::system::effects::{Meaning, Parameter, Starts};
+use crate::system::model::Kind;
 use crate::system::threads::*;
 use nalgebra::{DMatrix, DVector};
 
@@ -100,6 +101,7 @@ struct Spread<'s, 'a> {
 impl Spread<'_, '_> {
     fn of_effect(&self, index: usize, item: &Item) -> Vec<Estimate> {
         let hypothesis = &self.kept.hypothesis;
+        let first_order = matches!(hypothesis.model.kind, Kind::FirstOrder { .. });
         let estimate = |(k, parameter): (usize, &'static Parameter)| {
             let value = hypothesis.value(index, k, &self.kept.fit.x);
             let slot = hypothesis.slot(index, k);
@@ -115,7 +117,10 @@ impl Spread<'_, '_> {
             let torque = slot.filter(|_| parameter.unit.contains(volts::TORQUE));
             let torque = torque.map(|_| Torque { set: self.kept, covariance, place: (index, k), less: None });
             let std = torque.as_ref().map_or(own, Torque::std);
-            let seen = torque.map_or(Vec::new(), |torque| torque.seen(parameter.name, parameter.unit, true));
+            let current = first_order && parameter.unit == volts::CURRENT;
+            let across = || (volts::key(parameter.name), Value { value, std, unit: "V".into() });
+            let seen = torque.map(|torque| torque.seen(parameter.name, parameter.unit, true));
+            let seen = seen.unwrap_or_else(|| current.then(across).into_iter().collect());
             Some(Estimate { parameter, value, std, own, seen })
         };
         item.effect.parameters.iter().enumerate().filter_map(estimate).collect()

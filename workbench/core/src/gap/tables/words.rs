@@ -156,8 +156,7 @@ pub fn error_by_region(residual: &Residual, regions: &[(String, f64, f64)]) -> V
         let rows = residual.volts.iter().zip(&residual.error);
         rows.filter(|(u, _)| u.abs() > from && u.abs() <= to).map(|(_, e)| e * e).sum::<f64>() / total
     };
-    let mut all: Vec<_> =
-        regions.iter().map(|(label, from, to)| (label.clone(), inside(*from, *to))).collect();
+    let mut all: Vec<_> = regions.iter().map(|(name, from, to)| (name.clone(), inside(*from, *to))).collect();
     by_least(&mut all, |it| -it.1);
     all
 }

@@ -96,8 +96,7 @@ impl Cells {
     /// Where a row stands.
     pub fn place(&self, row: usize) -> Place {
         let at = self.places.partition_point(|known| known.0 <= row).saturating_sub(1);
-        let number =
-            self.places.get(at).map_or(1 + row as u64, |(from, number)| number + (row - from) as u64);
+        let number = self.places.get(at).map_or(1 + row as u64, |(from, n)| n + (row - from) as u64);
         Place { number, ..self.head }
     }
 

@@ -157,8 +157,7 @@ impl Key {
 
     /// The values that it takes, in words.
     pub fn range(&self) -> String {
-        let listed =
-            |values: &[&str]| values.iter().map(|it| format!("`{it}`")).collect::<Vec<_>>().join(", ");
+        let listed = |all: &[&str]| all.iter().map(|it| format!("`{it}`")).collect::<Vec<_>>().join(", ");
         let range = match self.takes {
             Positive => "> 0".into(),
             NotNegative => "≥ 0".into(),

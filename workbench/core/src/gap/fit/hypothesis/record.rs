@@ -66,7 +66,8 @@ impl Hypothesis<'_> {
     pub fn admits(&self, effect: &'static Effect) -> bool {
         let drive = driven_by(&self.model.kind, self.model.base(), self.dataset.input).drive;
         let told = matches!(self.model.kind, Kind::FirstOrder { viscous_vs_per_rad, .. } if viscous_vs_per_rad > 0.0);
-        let winding = matches!(self.model.kind, Kind::DcMotor { .. }) || told && effect.axis == Axis::BackEmf;
+        let winding = matches!(self.model.kind, Kind::DcMotor { .. })
+            || told && matches!(effect.axis, Axis::BackEmf | Axis::Current);
         let known = self.model.known.iter().map(|known| known.effect);
         let shows = !self.dataset.of_position || !OF_SPEED_SENSOR.contains(&effect);
         effect.fits(drive, winding, self.dataset.linear)
