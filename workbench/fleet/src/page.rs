@@ -116,8 +116,7 @@ fn signed(value: f64) -> String {
 }
 
 fn series<'a>(quantities: &'a [Quantity], it: &Changed) -> Option<(&'a Quantity, &'a Series)> {
-    let quantity =
-        quantities.iter().find(|quantity| quantity.name == it.quantity && quantity.unit == it.of)?;
+    let quantity = quantities.iter().find(|of| of.name == it.quantity && of.unit == it.of)?;
     Some((quantity, quantity.series.iter().find(|series| series.unit == it.unit)?))
 }
 

@@ -99,15 +99,14 @@ impl Entry {
     pub fn with(self, candidate: &AxisParameters) -> Self {
         let found = known(candidate).map(|found| found.numbers().to_vec()).unwrap_or_default();
         let known =
-            |name: &str, unit: &str, value, u95| Known { name: name.into(), unit: unit.into(), value, u95 };
-        let told = found.into_iter().filter(|(.., number)| number.trusted);
+            |name: &str, of: &str, value, u95| Known { name: name.into(), unit: of.into(), value, u95 };
+        let trusted = found.into_iter().filter(|(.., it)| it.trusted);
         let told =
-            told.filter_map(|(name, unit, it)| Some(known(name, unit, it.value?, it.u95.unwrap_or(0.0))));
+            trusted.filter_map(|(name, unit, it)| Some(known(name, unit, it.value?, it.u95.unwrap_or(0.0))));
         let load = PlaceLoad::of(&candidate.position_load, &candidate.config);
         let name = |it: &Sine| format!("load, {} cycles of {} counts", it.cycles, load.period_counts);
         let sine = |it: &Sine| known(&name(it), "V", it.amplitude_v, 0.0);
-        let lag = (candidate.lag > 0).then(|| known("lag", "s", lag_s(candidate), 0.0));
-        let told = told.chain(lag);
+        let told = told.chain((candidate.lag > 0).then(|| known("lag", "s", lag_s(candidate), 0.0)));
         let numbers = told.chain(load.sines.iter().map(sine)).collect();
         Self { numbers, after: Some(*candidate), ..self }
     }

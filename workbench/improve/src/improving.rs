@@ -193,9 +193,8 @@ impl Improving {
             return ended(Stop::MotorTime, "the motor time does not suffice for a commissioning");
         }
         say("commissioning: the servo does not know its motor yet");
-        let setup = self.standing.map_or(self.job.setup, |standing| standing.config.into());
-        let nothing = self.job.setup.parameters(self.standing.as_ref());
-        let nothing = AxisParameters { config: setup.config, ..nothing };
+        let config = self.standing.map_or(self.job.setup.config, |standing| standing.config);
+        let nothing = AxisParameters { config, ..self.job.setup.parameters(self.standing.as_ref()) };
         let (mut fresh, refused) = self.commissioned(&nothing)?;
         let Estimates { gain, time_constant, .. } = &mut fresh.estimates;
         self.doubted = gain.trusted().is_none() || time_constant.trusted().is_none();
@@ -306,17 +305,16 @@ impl Improving {
         };
         self.pending(*known)?;
         let mut logs = vec![self.recorded(known, &plan, say)?];
-        let mut analysed = (self.job.analyse)(model, &logs)?;
+        let mut seen = (self.job.analyse)(model, &logs)?;
         for _ in 0..EXPERIMENTS {
-            let asked = analysed.outcome.next_experiment.as_ref();
-            let asked = asked.filter(|_| !analysed.outcome.ties.is_empty());
+            let asked = seen.outcome.next_experiment.as_ref().filter(|_| !seen.outcome.ties.is_empty());
             let next = asked.and_then(|asked| recording::experiment(&plan, asked));
             let Some(next) = next.filter(|next| next.seconds <= self.left_s() - spare) else { break };
             say("the log has two explanations: an experiment that tells them apart");
             logs.push(self.recorded(known, &next, say)?);
-            analysed = (self.job.analyse)(model, &logs)?;
+            seen = (self.job.analyse)(model, &logs)?;
         }
-        Ok((logs, analysed))
+        Ok((logs, seen))
     }
 
     fn recorded(&mut self, known: &AxisParameters, plan: &Plan, say: &mut Listener) -> Result<PathBuf> {

@@ -61,21 +61,17 @@ pub fn ability(parameters: &AxisParameters) -> Option<Ability> {
 
 /// Motions that fit the travel and the voltage of all these sets.
 pub fn motions(sets: [&AxisParameters; 2]) -> Result<Vec<Motion>, InputError> {
-    let missing =
-        || InputError("the loops cannot be closed with what is known of the motor; commission it".into());
     let abilities: Vec<Ability> = sets.into_iter().filter_map(ability).collect();
     let config = &sets[0].config;
     let speed = |able: &Ability| (able.gain * able.available_v).min(able.fastest_rad_s);
-    let full = abilities.iter().map(speed).reduce(f64::min).ok_or_else(missing)?;
+    let full = abilities.iter().map(speed).reduce(f64::min).ok_or_else(|| InputError(OPEN.into()))?;
     let slow = abilities.iter().map(|able| able.time_constant_s).fold(0.0, f64::max);
     let frequency_hz = (PHASE / (TAU * slow)).clamp(SLOWEST_HZ, FASTEST_HZ);
     let way = farthest(config);
     let count = TAU / f64::from(config.counts_per_rev);
     let motion = |(name, share): (&str, f64)| {
-        let amplitude = share * full / (TAU * frequency_hz);
-        let amplitude = abilities
-            .iter()
-            .fold(amplitude.min(way), |amplitude, able| fitted(able, amplitude, frequency_hz));
+        let wished = (share * full / (TAU * frequency_hz)).min(way);
+        let amplitude = abilities.iter().fold(wished, |wished, able| fitted(able, wished, frequency_hz));
         Motion {
             name: name.into(),
             amplitude_rad: amplitude.max(LEAST_COUNTS * count).min(way),
@@ -86,11 +82,12 @@ pub fn motions(sets: [&AxisParameters; 2]) -> Result<Vec<Motion>, InputError> {
     Ok(SPEEDS.into_iter().map(motion).collect())
 }
 
+const OPEN: &str = "the loops cannot be closed with what is known of the motor; commission it";
+
 /// Largest amplitude between end stops, rad at the controlled shaft.
 fn farthest(config: &Config) -> f64 {
-    let ways =
-        config.travel_limit_rad.map(|limits| limits.map(|limit| f64::from(limit * config.gear_ratio).abs()));
-    ways.map_or(f64::INFINITY, |[lower, upper]| TRAVEL_SHARE * lower.min(upper))
+    let way = |limit: f32| TRAVEL_SHARE * f64::from(limit * config.gear_ratio).abs();
+    config.travel_limit_rad.map_or(f64::INFINITY, |[lower, upper]| way(lower).min(way(upper)))
 }
 
 /// The amplitude that fits the voltage.

@@ -18,6 +18,8 @@ pub const PAIRS: usize = 5;
 const T_FOUR: f64 = 2.776;
 /// An encoder that steps by a count cannot show a smaller error than its steps make, counts rms.
 const COUNT_RMS: f64 = 0.288_675;
+/// A motion that scatters so much that it may be followed worse than this is taken for worse. Chosen by judgement; not studied.
+const LEAST_SURE: f64 = 0.9;
 /// Below this, counts rms, an error is the encoder's and not the loop's.
 const FLOOR_COUNTS: f64 = 1.0;
 /// Between two runs: to go home, to come to rest and to be stopped, s; and as many time constants of the motor.
@@ -126,8 +128,8 @@ impl Trial {
         let mut all = vec![0.0; PAIRS];
         let number = motions.len() as f64;
         let compared = |(at, motion): (usize, Motion)| {
-            let [old_rms_rad, new_rms_rad] =
-                [0, 1].map(|which: usize| rms[which].iter().map(|run| run[at]).collect::<Vec<f64>>());
+            let of = |runs: &Vec<Vec<f64>>| runs.iter().map(|run| run[at]).collect::<Vec<f64>>();
+            let [old_rms_rad, new_rms_rad] = rms.each_ref().map(of);
             let pairs = old_rms_rad.iter().zip(&new_rms_rad);
             let logarithms: Vec<f64> = pairs.map(|(old, new)| logarithm(*old, *new)).collect();
             all.iter_mut().zip(&logarithms).for_each(|(sum, x)| *sum += x / number);
@@ -140,7 +142,7 @@ impl Trial {
 
     /// Are the new numbers to be kept? They follow better beyond doubt, and no motion worse.
     pub fn won(&self) -> bool {
-        let worse = |compared: &Compared| !compared.at_floor && compared.ratio.mean < 1.0;
+        let worse = |it: &Compared| !it.at_floor && (it.ratio.mean < 1.0 || it.ratio.low < LEAST_SURE);
         self.improvement.low > 1.0 && !self.motions.iter().any(worse)
     }
 

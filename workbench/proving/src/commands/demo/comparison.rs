@@ -42,8 +42,7 @@ impl Comparison {
             Ok::<_, anyhow::Error>(Found::from(&model::parse(name, text)?).numbers())
         };
         let workbench = numbers("model-after.toml", extended)?;
-        let truth =
-            numbers("hidden-motor.toml", &hidden.motor_toml())?.map(|value| value.unwrap_or(f64::NAN));
+        let truth = numbers("hidden-motor.toml", &hidden.motor_toml())?.map(|it| it.unwrap_or(f64::NAN));
         let lines = chip.found.numbers().into_iter().zip(truth.into_iter().zip(workbench)).map(
             |((quantity, unit, chip), (truth, workbench))| {
                 let error = |value: f64| 100.0 * (value / truth - 1.0);
