@@ -342,7 +342,7 @@ impl Params {
     #[inline]
     fn ahead(state: &mut State, acceleration: Acceleration) -> Acceleration {
         let kept_back = state.lagging.pass(acceleration.0, state.ahead.step);
-        let gained = mul_shift_within(kept_back, state.ahead.gain, LAG_FRAC);
+        let gained = mul_shift(kept_back, state.ahead.gain, LAG_FRAC);
         Acceleration(acceleration.0.saturating_add(gained))
     }
 
