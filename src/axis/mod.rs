@@ -514,7 +514,8 @@ impl Axis {
         // Before the inverse: the push through an input dead zone has the sign of the sum.
         let linear = demand.voltage.plus(state.load.voltage);
         let compensator = state.compensation.then_some(&state.design.compensator);
-        let wanted = compensator.map_or(linear, |inverse| inverse.apply(linear, towards));
+        let rests = state.reference.rests();
+        let wanted = compensator.map_or(linear, |inverse| inverse.apply(linear, towards, rests));
         let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
         state.limit = limit;
         if let Some(error) = error {

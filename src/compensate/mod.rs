@@ -36,7 +36,7 @@
 
 pub mod position_load;
 
-use crate::units::{Voltage, mul_shift, mul_shift_within, to_fixed};
+use crate::units::{Voltage, mul_shift_within, to_fixed};
 
 /// The width ε of the smooth part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -68,10 +68,13 @@ impl Smoothing {
     }
 }
 
-/// Share of a friction level that is compensated. Below 1: over-compensated friction pushes the axis on by itself.
+/// Share of a friction level that is compensated while the reference rests. Below 1: over-compensated friction pushes the axis on by
+/// itself. In motion nothing is held back: what is missing and what is too much are followed alike.
 pub const KAPPA_FRICTION: f32 = 0.98;
-/// Share of an input dead zone that is compensated.
+/// Share of an input dead zone that is compensated while the reference rests: with an integrator too much of it hunts.
 pub const KAPPA_INPUT: f32 = 0.95;
+/// Fraction bits of a share.
+const SHARE_BITS: u32 = 16;
 
 /// One direction of the dead zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -191,29 +194,31 @@ pub enum SignSource {
 pub struct Compensator {
     dead_zone: DeadZone,
     sign: SignSource,
+    /// κ, Q[`SHARE_BITS`].
+    at_rest: i32,
 }
 
 impl Compensator {
-    /// Compensates the share κ of the identified widths that suits the mechanism.
+    /// Compensates the identified widths, at rest the share κ of them that suits the mechanism.
     #[must_use]
     pub fn new(positive: Voltage, negative: Voltage, sign: SignSource, smoothing: Smoothing) -> Self {
         let kappa = if sign == SignSource::Reference { KAPPA_FRICTION } else { KAPPA_INPUT };
-        let kappa = to_fixed(kappa, 16);
-        let share = |width: Voltage| Voltage(mul_shift(width.0, kappa, 16));
-        Self { dead_zone: DeadZone::new(share(positive), share(negative), smoothing), sign }
+        let dead_zone = DeadZone::new(positive, negative, smoothing);
+        Self { dead_zone, sign, at_rest: to_fixed(kappa, SHARE_BITS) }
     }
 
     /// Terminal voltage for the wanted `linear` one. `towards` is the steady voltage of the reference speed behind the
     /// dead zone or, while the reference rests, any voltage towards the target (none beside a voltage drop); `None`: wherever
-    /// `linear` points.
+    /// `linear` points. `rests`: the reference does.
     #[must_use]
     #[inline]
-    pub fn apply(&self, linear: Voltage, towards: Option<Voltage>) -> Voltage {
+    pub fn apply(&self, linear: Voltage, towards: Option<Voltage>, rests: bool) -> Voltage {
         let sign_of = match (self.sign, towards) {
             (SignSource::Reference, Some(towards)) => towards,
             (SignSource::Current, Some(steady)) => linear.minus(steady),
             _ => linear,
         };
-        linear.plus(self.dead_zone.push(sign_of))
+        let push = self.dead_zone.push(sign_of);
+        linear.plus(if rests { Voltage(mul_shift_within(push.0, self.at_rest, SHARE_BITS)) } else { push })
     }
 }

@@ -17,7 +17,7 @@ use truing::improve::bench::Bench;
 use truing::improve::candidate;
 use truing::improve::history;
 use truing::improve::improving::{self, Improved, Job};
-use truing::improve::trial::{self, Tried};
+use truing::improve::trial::{self, COUNT_RMS, Tried};
 use truing::synthetic::cases::{self, Case, Set, Spec};
 use truing::system::model;
 
@@ -54,6 +54,8 @@ pub struct Arguments {
 
 const SETS: [Set; 4] = [Set::Nothing, Set::Single, Set::Pair, Set::Triple];
 const LISTENING: Listening = Listening { axis: 0, every: 1 };
+/// How many times smaller the errors are to be.
+const GOAL: f64 = 7.0;
 /// Noise of the motor that judges is another.
 const OTHER_NOISE: u64 = 1 << 32;
 
@@ -67,6 +69,8 @@ struct Seen {
     host_s: f64,
     /// How many times smaller the errors are, sine and crawl; 1 where nothing was kept.
     ratios: Option<[f64; 2]>,
+    /// Can the encoder show an error that many times smaller than that of before? True where nobody looked.
+    shows: [bool; 2],
     kept: bool,
     /// Numbers in force in the end, of what was kept last.
     numbers: Vec<f64>,
@@ -131,6 +135,15 @@ fn summary(page: &mut evaluation::Page, seen: &[Seen]) {
     for (what, of) in [("all", &all), ("improved", &improved)] {
         page.line(format!("Median ratio, {what}: sine {:.3}, crawl {:.3}.", median(0, of), median(1, of)));
     }
+    let shown = |which: usize| all.iter().copied().filter(|it| it.shows[which]).collect::<Vec<_>>();
+    let [sines, crawls] = [0, 1].map(shown);
+    page.line(format!(
+        "Of {} sines and {} crawls the encoder can show a {GOAL} times smaller error: {:.3}, {:.3}.",
+        sines.len(),
+        crawls.len(),
+        median(0, &sines),
+        median(1, &crawls)
+    ));
     let slowest = seen.iter().map(|it| it.host_s).fold(0.0, f64::max);
     let longest = seen.iter().map(|it| it.motor_s).fold(0.0, f64::max);
     page.line(format!("Motor time at most {longest:.1} s; host time at most {slowest:.1} s."));
@@ -212,6 +225,7 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> 
         motor_s: f64::NAN,
         host_s,
         ratios: None,
+        shows: [true; 2],
         kept: false,
         numbers: Vec::new(),
     };
@@ -220,7 +234,7 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> 
             // A later round begins from the names of those before.
             let mut names = found.entries.iter().rev().map(|entry| entry.names.join(", "));
             let names = names.find(|names| !names.is_empty()).unwrap_or_default();
-            let ratios = if found.improved { error_ratios(&case, &found, through) } else { Some([1.0; 2]) };
+            let judged = if found.improved { judged(&case, &found, through) } else { Some([(1.0, true); 2]) };
             let outcome = format!("{}: {}", if found.improved { "kept" } else { "as it was" }, found.why);
             let kept = found.entries.iter().rev().find(|entry| entry.kept);
             let numbers = kept.iter().flat_map(|entry| &entry.numbers).map(|it| it.value).collect();
@@ -228,7 +242,8 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> 
                 named: names,
                 outcome,
                 motor_s: found.motor_s,
-                ratios,
+                ratios: judged.map(|judged| judged.map(|(ratio, _)| ratio)),
+                shows: judged.map_or([true; 2], |judged| judged.map(|(_, shows)| shows)),
                 kept: found.improved,
                 numbers,
                 ..seen
@@ -256,13 +271,19 @@ fn sheet(case: &Case) -> model::Model {
     model
 }
 
-/// Errors of before over errors of after.
-fn error_ratios(case: &Case, found: &Improved, through: Through) -> Option<[f64; 2]> {
+/// Errors of before over errors of after, and whether the encoder's own steps leave room for the goal.
+fn judged(case: &Case, found: &Improved, through: Through) -> Option<[(f64, bool); 2]> {
     let mut bench = Bench::new(servo(case, OTHER_NOISE, through), LISTENING);
+    let steps = COUNT_RMS * std::f64::consts::TAU / f64::from(config(case).counts_per_rev);
     match trial::run(&mut bench, [&found.began_with?, &found.in_force?], f64::INFINITY).ok()? {
         Tried::Whole(trial) => {
-            let ratios: Vec<f64> = trial.motions.iter().map(|it| it.ratio.mean).collect();
-            ratios.try_into().ok()
+            let smallest = |rms: &[f64]| rms.iter().copied().fold(f64::INFINITY, f64::min);
+            let judged = trial
+                .motions
+                .iter()
+                .map(|it| (it.ratio.mean, smallest(&it.old_rms_rad) >= GOAL * steps))
+                .collect::<Vec<_>>();
+            judged.try_into().ok()
         }
         Tried::Faulted(..) | Tried::OutOfTime => None,
     }

@@ -53,42 +53,50 @@ proptest! {
     #[test]
     fn nothing_overflows(width in any::<i32>(), v in any::<i32>(), z in any::<i32>()) {
         let compensator = Compensator::new(Voltage(width), Voltage(width), SignSource::Reference, Smoothing::WIDEST);
-        let _ = compensator.apply(Voltage(v), Some(Voltage(z)));
+        let _ = (compensator.apply(Voltage(v), Some(Voltage(z)), false), compensator.apply(Voltage(v), Some(Voltage(z)), true));
     }
 }
 
+/// In motion all of the dead zone is compensated, at rest a share.
+fn shares(kappa: f32) -> [(bool, f64); 2] {
+    [(false, 1.0), (true, f64::from(kappa))]
+}
+
 #[test]
-fn friction_is_pushed_with_the_sign_of_the_reference_speed_and_only_to_kappa() {
+fn friction_is_pushed_with_the_sign_of_the_reference_speed_and_at_rest_only_to_kappa() {
     let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Reference, Smoothing::WIDEST);
-    let braking = compensator.apply(volts(-0.5), Some(volts(3.0)));
-    assert!((in_volts(braking) - (-0.5 + f64::from(KAPPA_FRICTION) * 1.2)).abs() < 1e-3);
-    let backward = compensator.apply(volts(0.5), Some(volts(-3.0)));
-    assert!((in_volts(backward) - (0.5 - f64::from(KAPPA_FRICTION) * 1.5)).abs() < 1e-3);
+    for (rests, share) in shares(KAPPA_FRICTION) {
+        let braking = compensator.apply(volts(-0.5), Some(volts(3.0)), rests);
+        assert!((in_volts(braking) - (-0.5 + share * 1.2)).abs() < 1e-3);
+        let backward = compensator.apply(volts(0.5), Some(volts(-3.0)), rests);
+        assert!((in_volts(backward) - (0.5 - share * 1.5)).abs() < 1e-3);
+    }
 }
 
 #[test]
 fn an_input_dead_zone_is_pushed_with_the_sign_of_the_command() {
     let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Command, Smoothing::WIDEST);
-    let braking = compensator.apply(volts(-0.5), Some(volts(3.0)));
-    assert!((in_volts(braking) - (-0.5 - f64::from(KAPPA_INPUT) * 1.5)).abs() < 1e-3);
+    for (rests, share) in shares(KAPPA_INPUT) {
+        let braking = compensator.apply(volts(-0.5), Some(volts(3.0)), rests);
+        assert!((in_volts(braking) - (-0.5 - share * 1.5)).abs() < 1e-3);
+    }
 }
 
 /// The motor turns at 3 V of back-EMF. Of a command of 2 V the current flows backwards and the drive adds its drop; of 4 V it takes it.
 #[test]
 fn a_voltage_drop_is_pushed_with_the_sign_of_the_current() {
     let compensator = Compensator::new(volts(1.2), volts(1.5), SignSource::Current, Smoothing::WIDEST);
-    let share = f64::from(KAPPA_INPUT);
-    for (wanted, expected) in [(2.0, 2.0 - share * 1.5), (4.0, 4.0 + share * 1.2), (3.0, 3.0)] {
-        let terminal = in_volts(compensator.apply(volts(wanted), Some(volts(3.0))));
+    for (wanted, expected) in [(2.0, 2.0 - 1.5), (4.0, 4.0 + 1.2), (3.0, 3.0)] {
+        let terminal = in_volts(compensator.apply(volts(wanted), Some(volts(3.0)), false));
         assert!((terminal - expected).abs() < 1e-3, "{terminal} V for {wanted} V");
     }
-    let at_rest = in_volts(compensator.apply(volts(0.5), Some(Voltage::ZERO)));
-    assert!((at_rest - (0.5 + share * 1.2)).abs() < 1e-3, "{at_rest} V at rest");
+    let at_rest = in_volts(compensator.apply(volts(0.5), Some(Voltage::ZERO), true));
+    assert!((at_rest - (0.5 + f64::from(KAPPA_INPUT) * 1.2)).abs() < 1e-3, "{at_rest} V at rest");
 }
 
 #[test]
 fn without_a_dead_zone_it_is_transparent() {
     for v in [-900_000, -1, 0, 1, 4_000, 900_000] {
-        assert_eq!(Compensator::default().apply(Voltage(v), None), Voltage(v));
+        assert_eq!(Compensator::default().apply(Voltage(v), None, false), Voltage(v));
     }
 }

@@ -17,7 +17,7 @@ pub const PAIRS: usize = 5;
 /// Student's t for 95 % and four degrees of freedom.
 const T_FOUR: f64 = 2.776;
 /// An encoder that steps by a count cannot show a smaller error than its steps make, counts rms.
-const COUNT_RMS: f64 = 0.288_675;
+pub const COUNT_RMS: f64 = 0.288_675;
 /// A motion that scatters so much that it may be followed worse than this is taken for worse. Chosen by judgement; not studied.
 const LEAST_SURE: f64 = 0.9;
 /// Below this, counts rms, an error is the encoder's and not the loop's.
