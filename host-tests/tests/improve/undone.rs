@@ -20,6 +20,7 @@ use truing::device::session::{Start, Task};
 use truing::improve::candidate::{self, Analysed};
 use truing::improve::history;
 use truing::improve::improving::{self, Job, Stop};
+use truing::improve::recording;
 use truing::improve::trial::{self, Tried};
 use truing::system::model::{self, KT, Model};
 use truing::text::input_error::InputError;
@@ -190,6 +191,31 @@ fn interruptions_at_random_instants_leave_the_old_parameters_in_force() {
         assert_eq!(bits(bench.in_force().expect("an answer")), bits(stored), "instant {instant}");
     }
     assert!(unplugged > extent::cases(12, 50), "{unplugged} interruptions met the loop");
+}
+
+/// The ways home of an axis between stops do not become shorter with the rest of a plan.
+#[test]
+fn whatever_time_is_left_a_recording_fits_or_is_not_made() {
+    let free = linear();
+    let mut between = free;
+    between.config.travel_limit_rad = Some([-8.0, 8.0]);
+    for known in [free, between] {
+        let seconds =
+            |left_s: f64| recording::plan(&known, left_s, 7).expect("no error").map(|plan| plan.seconds);
+        let whole = seconds(1e6).expect("time enough");
+        let (mut shortened, mut refused) = (0, 0);
+        for share in 1..=200 {
+            let left_s = whole * f64::from(share) / 200.0;
+            match seconds(left_s) {
+                Some(planned) => {
+                    assert!(planned <= left_s, "{planned} s planned where {left_s} s are left");
+                    shortened += 1;
+                }
+                None => refused += 1,
+            }
+        }
+        assert!(shortened > 50 && refused > 50, "{shortened} shortened, {refused} refused");
+    }
 }
 
 #[test]

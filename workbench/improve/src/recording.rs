@@ -30,8 +30,11 @@ pub fn plan(known: &AxisParameters, seconds: f64, seed: u64) -> Result<Option<Pl
     if whole.seconds <= seconds {
         return Ok(Some(whole));
     }
-    if seconds >= SHORTEST * whole.seconds {
-        return planned(Some(seconds)).map(Some);
+    // Not all of a plan becomes shorter: the ways home do not.
+    if seconds >= SHORTEST * whole.seconds
+        && let Ok(shorter) = planned(Some(seconds))
+    {
+        return Ok(Some(shorter));
     }
     let once = whole.segments.len().div_ceil(ONE_PASS);
     let once = whole.with(whole.segments[..once].to_vec());
