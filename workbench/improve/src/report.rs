@@ -55,12 +55,12 @@ fn table(entries: &[Entry]) -> Table {
     }
 }
 
-/// The model's gap before and after each round.
+/// The model's gap before and after each round; a single one is told by the table.
 fn gaps(improved: &Improved) -> Option<Plot> {
     let mut gaps = improved.entries.iter().filter_map(|entry| entry.gap.as_ref());
     let all: Vec<[f64; 3]> =
         gaps.clone().filter_map(|gap| Some([gap.rms[0]?, gap.rms[1]?, gap.rms[2]?])).collect();
-    let unit = gaps.next_back()?.unit.clone();
+    let unit = gaps.next_back().filter(|_| all.len() > 1)?.unit.clone();
     let curve = |which: usize| Curve {
         x: (1..=all.len()).map(|number| number as f64).collect(),
         y: all.iter().map(|rms| rms[which]).collect(),
