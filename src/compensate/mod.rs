@@ -73,8 +73,14 @@ impl Smoothing {
 pub const KAPPA_FRICTION: f32 = 0.98;
 /// Share of an input dead zone that is compensated while the reference rests: with an integrator too much of it hunts.
 pub const KAPPA_INPUT: f32 = 0.95;
-/// Fraction bits of a share.
+/// Both in fixed point.
+const FRICTION_AT_REST: i32 = share(KAPPA_FRICTION);
+const INPUT_AT_REST: i32 = share(KAPPA_INPUT);
 const SHARE_BITS: u32 = 16;
+
+const fn share(kappa: f32) -> i32 {
+    (kappa * (1u32 << SHARE_BITS) as f32) as i32
+}
 
 /// One direction of the dead zone.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -194,17 +200,13 @@ pub enum SignSource {
 pub struct Compensator {
     dead_zone: DeadZone,
     sign: SignSource,
-    /// κ, Q[`SHARE_BITS`].
-    at_rest: i32,
 }
 
 impl Compensator {
     /// Compensates the identified widths, at rest the share κ of them that suits the mechanism.
     #[must_use]
     pub fn new(positive: Voltage, negative: Voltage, sign: SignSource, smoothing: Smoothing) -> Self {
-        let kappa = if sign == SignSource::Reference { KAPPA_FRICTION } else { KAPPA_INPUT };
-        let dead_zone = DeadZone::new(positive, negative, smoothing);
-        Self { dead_zone, sign, at_rest: to_fixed(kappa, SHARE_BITS) }
+        Self { dead_zone: DeadZone::new(positive, negative, smoothing), sign }
     }
 
     /// Terminal voltage for the wanted `linear` one. `towards` is the steady voltage of the reference speed behind the
@@ -219,6 +221,8 @@ impl Compensator {
             _ => linear,
         };
         let push = self.dead_zone.push(sign_of);
-        linear.plus(if rests { Voltage(mul_shift_within(push.0, self.at_rest, SHARE_BITS)) } else { push })
+        // Not a field: every byte of it would be cleared in the tick of a new configuration.
+        let at_rest = if self.sign == SignSource::Reference { FRICTION_AT_REST } else { INPUT_AT_REST };
+        linear.plus(if rests { Voltage(mul_shift_within(push.0, at_rest, SHARE_BITS)) } else { push })
     }
 }
