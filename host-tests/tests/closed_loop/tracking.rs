@@ -51,3 +51,23 @@ fn a_middle_motor_tracks_many_times_better_and_rests() {
 fn a_geared_motor_tracks_many_times_better_and_rests() {
     check(Family::G3, 7.0..35.0, 0.003..0.016);
 }
+
+/// A dead zone that a short commissioning takes for a few percent too small leaves, in slow motion, more of the voltage than it
+/// does: back-EMF is not learned from that, or a current is missed that must not flow.
+#[test]
+fn a_slow_sine_behind_a_wide_dead_zone_is_no_disconnected_motor() {
+    for (number, speed_share) in [(500_005, 0.2), (500_063, 0.05)] {
+        let experiment = Experiment {
+            family: Family::Paper,
+            severity: Severity::Nominal,
+            tick_hz: 1_000,
+            speed_share,
+            frequency_hz: 0.05,
+            tuning: Tuning::default(),
+            knowledge: Knowledge::Identified(20_000),
+        };
+        let run = experiment.run(Seeds::Evaluation(number)).expect("trusted");
+        assert_eq!(run.fault, Fault::None);
+        assert!(run.rms[0] > 10.0 * run.rms[1], "{run:?}");
+    }
+}

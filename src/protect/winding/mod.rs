@@ -50,6 +50,10 @@ const UNCERTAIN: i32 = 1 << (16 - UNCERTAIN_SHIFT);
 const DOUBTFUL: i32 = DOUBTFUL_SIXTEENTHS << (16 - 4);
 /// Relative uncertainty of what an input dead zone takes, as a shift: 1/8.
 const SWALLOWED_SHIFT: u32 = 3;
+/// Share of what an input dead zone takes that a block must have left to teach, as a shift: 1/2. What is not known of the dead
+/// zone is then a quarter of it at most. In slow motion it was all of it: K came out four times too large, and a current was
+/// missed that must not flow.
+const LEFT_SHIFT: u32 = 1;
 /// Counts of the likely model from which on a motion is looked for whose resistance is not known of this very moment.
 const LEAST_LIKELY: i32 = 8;
 /// Looks over which the unrest of the current is averaged, as a shift.
@@ -123,6 +127,12 @@ impl Stretch {
     #[inline]
     fn turned(&self, count: i32) -> i32 {
         count.wrapping_sub(self.first.1)
+    }
+
+    /// Is its voltage known well enough?
+    #[inline]
+    fn teaches(&self) -> bool {
+        self.voltage.saturating_abs() >= self.swallowed >> LEFT_SHIFT
     }
 }
 
@@ -449,7 +459,7 @@ impl State {
             self.odd = if found == self.doubted { self.odd.saturating_add(1) } else { 1 };
             self.doubted = found;
         }
-        if turned.saturating_abs() >= LEAST_COUNTS {
+        if turned.saturating_abs() >= LEAST_COUNTS && block.teaches() {
             let rise = current.saturating_sub(block.first.0);
             self.balance.add([block.current, turned, rise, block.voltage], noise(self.unrest));
         }
