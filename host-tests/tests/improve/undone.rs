@@ -157,7 +157,7 @@ fn interruptions_at_random_instants_leave_the_old_parameters_in_force() {
         let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
         outside.stored.replace(Some(linear()));
         let held = Held::new(power_up(DEAD_ZONE, &outside), &outside);
-        let instant = random.random_range(0..60_000);
+        let instant = random.random_range(0..50_000);
         let disk = number % 2 == 0;
         match disk {
             true => held.loses_folder(instant, folder.path()),

@@ -11,11 +11,11 @@ use servo::store::AxisParameters;
 use truing_core::text::input_error::InputError;
 use truing_servo::device::link::{Client, Wire, fault_advice};
 use truing_servo::device::run_log::RunLog;
-use truing_servo::device::session::{self, Kept, Listening, Session, SessionResult, Span, Start, Task};
+use truing_servo::device::session::{
+    self, Kept, Listening, STILL_S, Session, SessionResult, Span, Start, Task,
+};
 use truing_servo::device::tracking::TrackJson;
 
-/// A shaft that moves no more than a count in this time stands, s.
-const STILL_S: f64 = 0.1;
 /// Nobody waits longer than this for a shaft to stand, s.
 const LONGEST_REST_S: f64 = 4.0;
 
@@ -91,11 +91,9 @@ impl Bench {
     /// [`Bench::restore`], and a table of this life of the servo goes on acting.
     pub fn put(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
         self.restore(parameters)?;
-        let load = parameters.map(|parameters| parameters.position_load);
-        match load.filter(|load| load.is_on() && load.is_trusted()) {
-            Some(load) => self.client().command(Command::PositionLoad(load), &mut |_| {}).map(|_| ()),
-            None => Ok(()),
-        }
+        let load = parameters.map(|set| set.position_load).filter(|load| load.is_on() && load.is_trusted());
+        let act = |load| self.client().command(Command::PositionLoad(load), &mut |_| {}).map(|_| ());
+        load.map_or(Ok(()), act)
     }
 
     /// Stops the motor, puts a set in force in RAM and reads it back; `None`: an axis that is not configured. An
@@ -145,13 +143,10 @@ impl Bench {
     /// A set in force, the place where the shaft stands as home, and runs from there.
     pub fn runs(&self, parameters: &AxisParameters) -> Result<Runs, InputError> {
         self.put(Some(parameters))?;
-        let mut runs =
-            Runs { session: Session::open(self.wire.line(), Start::Stored, self.listening)?, seconds: 0.0 };
+        let session = Session::open(self.wire.line(), Start::Stored, self.listening)?;
+        let mut runs = Runs { session, seconds: 0.0, driven: false };
         runs.rest(|_| true)?;
-        let begun = runs.session.command(Command::Restore(*parameters))?;
-        runs.session.pause(0.0)?;
-        // Positions count from the first record: a shaft that still coasts is elsewhere by the next one.
-        runs.session.kept.get_mut().log.rows.retain(|row| row.tick >= begun);
+        runs.begin_here(parameters)?;
         Ok(runs)
     }
 }
@@ -166,6 +161,8 @@ pub struct Runs {
     session: Session,
     /// How long the motor was under way, s.
     pub seconds: f64,
+    /// A load drives the shaft while the bridge is open.
+    driven: bool,
 }
 
 /// How a run ended.
@@ -178,20 +175,34 @@ pub enum Followed {
 }
 
 impl Runs {
+    /// A set in force, and the place where the shaft is as home. Positions count from the first record: a shaft that still coasts is
+    /// elsewhere by the next one.
+    fn begin_here(&mut self, parameters: &AxisParameters) -> Result<(), InputError> {
+        let begun = self.session.command(Command::Restore(*parameters))?;
+        self.session.pause(0.0)?;
+        self.session.kept.get_mut().log.rows.retain(|row| row.tick >= begun);
+        Ok(())
+    }
+
     /// Follows all motions with these numbers in use: at home, at rest, and back to an open bridge. The numbers are adopted
     /// in RAM; nothing is stored.
     pub fn follow(&mut self, numbers: &AxisParameters, motions: &[Motion]) -> Result<Followed, InputError> {
-        let stands = self.rest(|_| true)?;
+        // A run ends where it began: there a load's shaft is taken up at once, before it is far away.
+        let _ = self.driven || self.rest(|_| true)?;
         self.session.command(Command::Adopt(numbers.estimates))?;
         self.session.command(Command::Compensation(numbers.compensation))?;
         self.session.command(Command::PositionLoad(numbers.position_load))?;
         self.session.command(Command::Lag(numbers.lag))?;
         let begun = self.session.command(Command::Arm)?;
-        let home = self.session.command(Command::Position(0.0));
-        match home.and_then(|_| self.rest(|kept| kept.activity() == Activity::Holding)) {
-            Ok(rests) if rests || self.session.kept.borrow().activity() == Activity::Holding => {}
-            Err(error) if stands => return Err(error),
-            _ => return Err(InputError(DRIVEN.into())),
+        let holds = |kept: &Kept| kept.activity() == Activity::Holding;
+        let home = self.session.command(Command::Position(0.0)).and_then(|_| self.rest(holds));
+        if !(matches!(home, Ok(true)) || home.is_ok() && holds(&self.session.kept.borrow())) {
+            if std::mem::replace(&mut self.driven, true) {
+                return Err(home.err().unwrap_or_else(|| InputError(DRIVEN.into())));
+            }
+            self.seconds += self.session.catch(&mut |_| {})?;
+            self.begin_here(numbers)?;
+            return self.follow(numbers, motions);
         }
         let mut rms = Vec::new();
         let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
@@ -207,23 +218,20 @@ impl Runs {
             rms.push(TrackJson::new(&self.session.kept.borrow().log, &span).position_rms_rad);
         }
         let fault = self.session.kept.borrow().log.fault();
-        let ended = self.session.command(Command::Stop)?;
-        self.seconds += f64::from(ended - begun) / f64::from(self.session.config().tick_hz);
-        Ok(match fault {
-            Fault::None => Followed::Whole(rms),
-            fault => Followed::Faulted(fault_advice(fault)),
-        })
+        let driven = self.session.command(Command::Stop)? - begun;
+        self.seconds += f64::from(driven) / f64::from(self.session.config().tick_hz);
+        Ok(if fault == Fault::None { Followed::Whole(rms) } else { Followed::Faulted(fault_advice(fault)) })
     }
 
     /// Waits until the shaft stands and the axis is in such a state; a fault ends the wait. `false`: it takes too long.
     fn rest(&mut self, such: impl Fn(&Kept) -> bool) -> Result<bool, InputError> {
-        let session = &mut self.session;
         // The records of before are none of this rest.
-        session.pause(STILL_S)?;
-        let (still, end) =
-            (session.standstill(), session.kept.borrow().now() + session.ticks(LONGEST_REST_S));
+        self.session.pause(STILL_S)?;
+        // What a load drives stands for a moment where it turns back.
+        let still = self.session.standstill() * if self.driven { 2 } else { 1 };
+        let end = self.session.kept.borrow().now() + self.session.ticks(LONGEST_REST_S);
         let over = |kept: &Kept| kept.activity() == Activity::Faulted || kept.stands(still) && such(kept);
-        session.run_to(end, over, "settling", &mut |_| {})?;
-        Ok(over(&session.kept.borrow()))
+        self.session.run_to(end, over, "settling", &mut |_| {})?;
+        Ok(over(&self.session.kept.borrow()))
     }
 }

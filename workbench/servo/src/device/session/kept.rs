@@ -8,9 +8,6 @@ use servo::link::protocol::Message;
 use servo::protect::Fault;
 use servo::record::Activity;
 
-/// An axis that moves no more than these counts stands.
-const STILL_COUNTS: i32 = 1;
-
 /// What has arrived.
 pub struct Kept {
     pub(super) axis: u8,
@@ -68,25 +65,21 @@ impl Kept {
         self.log.rows.last().map_or(0, |row| row.tick)
     }
 
-    /// Did the last `still` records show no motion?
+    /// Did the last `still` records show no motion? At the edge of a count the encoder of an axis at rest tells both of its sides.
     pub fn stands(&self, still: usize) -> bool {
+        self.stands_within(still, 1)
+    }
+
+    /// Did they stay within so many counts of where it is now?
+    pub fn stands_within(&self, still: usize, counts: i32) -> bool {
         let rows = &self.log.rows;
-        let recent = rows.iter().rev().take(still).map(|row| row.record.count);
-        rows.len() >= still && spread(recent) <= STILL_COUNTS
+        let now = rows.last().map_or(0, |row| row.record.count);
+        let mut recent = rows.iter().rev().take(still);
+        rows.len() >= still && recent.all(|row| row.record.count.wrapping_sub(now).saturating_abs() <= counts)
     }
 
     /// What the axis was doing then.
     pub fn activity(&self) -> Activity {
         self.log.rows.last().map_or(Activity::Idle, |row| row.record.activity)
     }
-}
-
-/// Largest minus smallest, wrapping.
-fn spread(mut counts: impl Iterator<Item = i32>) -> i32 {
-    let Some(first) = counts.next() else { return 0 };
-    let (low, high) = counts.fold((0, 0), |(low, high), count| {
-        let off = count.wrapping_sub(first);
-        (off.min(low), off.max(high))
-    });
-    high - low
 }

@@ -1,7 +1,7 @@
 //! Tasks from which the servo knows more: commissioning, estimates of an earlier one, a reference; and storing it.
 
 use super::kept::Kept;
-use super::{Done, LONGEST_REST_S, Listener, PAUSE_S, Performed, Session};
+use super::{Done, Listener, PAUSE_S, Performed, Session};
 use crate::device::link::{Client, found_text};
 use servo::identify::estimate::Estimates;
 use servo::link::protocol::Command;
@@ -12,7 +12,7 @@ use truing_core::text::input_error::InputError;
 
 /// No search for a reference takes longer, s.
 const LONGEST_SEARCH_S: f64 = 600.0;
-/// Who stores waits so long, s, for friction to end the motion; then the shaft is braked.
+/// So long, s, friction is given to end a motion, then a brake, then the loops.
 const LONGEST_COAST_S: f64 = 2.0;
 /// A commissioning that takes longer than its budget by this factor and this time has hung.
 const OVERTIME: (f64, f64) = (2.0, 10.0);
@@ -23,8 +23,7 @@ impl Session {
         let still = self.standstill().min(self.kept.borrow().log.rows.len());
         if self.config().travel_limit_rad.is_none() && !self.kept.borrow().stands(still) {
             // A shaft that turns on from before would go the same way under both voltages.
-            self.brake(progress)?;
-            self.command(Command::Stop)?;
+            self.catch(progress)?;
             self.command(Command::Arm)?;
         }
         let budget_ms = (budget_s * 1000.0).round() as u32;
@@ -70,32 +69,36 @@ impl Session {
     }
 
     /// An open bridge lets the shaft coast; only when it stands may the flash be written. What has hardly any friction is
-    /// braked.
+    /// caught.
     pub(super) fn store(&mut self, progress: &mut Listener) -> Performed {
-        if !self.coast(LONGEST_COAST_S, progress)? {
-            self.brake(progress)?;
-            self.command(Command::Stop)?;
-            self.coast(LONGEST_REST_S, progress)?;
+        if !self.coast(progress)? {
+            self.catch(progress)?;
         }
         self.client.save(&mut |message| self.kept.borrow_mut().take(message))?;
         Ok(Done::Stored)
     }
 
-    /// No voltage at a driven bridge is a shorted winding and needs no loop. Between end stops only the loops may drive: they
-    /// hold the shaft where it is.
-    fn brake(&mut self, progress: &mut Listener) -> Result<(), InputError> {
-        self.command(Command::Arm)?;
+    /// Brakes a shaft that turns, and opens the bridge. What a load drives on slowly is held by loops that know their motor: it stands
+    /// then, and not much later. How long that took, s.
+    pub fn catch(&mut self, progress: &mut Listener) -> Result<f64, InputError> {
+        let begun = self.command(Command::Arm)?;
+        // No voltage at a driven bridge is a shorted winding and needs no loop. Between end stops only the loops may drive.
         self.command(match self.config().travel_limit_rad {
             None => Command::Voltage(0.0),
             Some(_) => Command::Position(self.here()),
         })?;
-        self.coast(LONGEST_REST_S, progress).map(|_| ())
+        self.coast(progress)?;
+        self.command(Command::Position(self.here())).ok();
+        // The servo stores only if no count at all has passed for a while.
+        let (still, end) = (2 * self.standstill(), self.kept.borrow().now() + self.ticks(LONGEST_COAST_S));
+        self.run_to(end, |kept| kept.stands_within(still, 0), "coming to rest", progress)?;
+        Ok(f64::from(self.command(Command::Stop)? - begun) / f64::from(self.config().tick_hz))
     }
 
     /// Waits until the shaft stands, no longer than this; does it?
-    fn coast(&mut self, longest_s: f64, progress: &mut Listener) -> Result<bool, InputError> {
+    fn coast(&mut self, progress: &mut Listener) -> Result<bool, InputError> {
         let still = self.standstill();
-        let end = self.kept.borrow().now() + self.ticks(longest_s);
+        let end = self.kept.borrow().now() + self.ticks(LONGEST_COAST_S);
         self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
         Ok(self.kept.borrow().stands(still))
     }

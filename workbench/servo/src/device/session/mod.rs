@@ -32,7 +32,7 @@ const SERIAL_RECORDS_PER_S: u32 = 400;
 /// The bridge is open for so long between two tasks, s.
 const PAUSE_S: f64 = 0.3;
 /// An axis that does not move for so long, s, stands.
-const STILL_S: f64 = 0.1;
+pub const STILL_S: f64 = 0.1;
 /// After so long, s, a motion begins even if the axis does not stand.
 const LONGEST_REST_S: f64 = 10.0;
 
