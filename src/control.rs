@@ -18,6 +18,7 @@
 //! about [`INTEGRAL_SHARE`]·ω_c. Conditional integration: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006,
 //! sec. 3.5.
 
+use crate::compensate::modelled::{LoadFriction, Modelled};
 use crate::encoder::Motor;
 pub use crate::units::LAG_FRAC;
 use crate::units::{
@@ -39,9 +40,6 @@ const HALF_TICK: u16 = ONE_TICK as u16 / 2;
 /// The feed-forward differentiates the acceleration up to this gain, Q4: a step of it asks for nine times as much for a moment. At 2 a
 /// sine behind a winding of 5 % of the time constant was followed by a fifth worse, at 8 by a tenth better.
 const MOST_GAIN: u32 = 4 * ONE_TICK;
-/// The longest lag, Q4: 4095 control ticks, four seconds at 1 kHz.
-pub const MOST_LAG: u32 = u16::MAX as u32;
-
 /// Half of the last place of a speed, as an acceleration: for rounding.
 const HALF_SPEED: i32 = 1 << (ACCELERATION_BITS - SPEED_BITS - 1);
 
@@ -171,17 +169,19 @@ struct Ahead {
     late: u16,
     /// The lag, control ticks, Q4.
     lag: u16,
+    geared: LoadFriction,
     /// What the high pass of both makes of the acceleration: its gain, Q4, and the way of its low pass in a tick, Q30.
     gain: i32,
     step: i32,
 }
 
 impl Ahead {
-    fn new(late: u16, lag: u16) -> Self {
+    fn new(late: u16, modelled: Modelled) -> Self {
+        let Modelled { lag, load_friction } = modelled;
         let both = u32::from(late).wrapping_add(u32::from(lag));
         let gain = both.clamp(1, MOST_GAIN);
         let step = low_pass_step(both.wrapping_mul(ONE_TICK) / gain);
-        Self { late, lag, gain: gain as i32, step }
+        Self { late, lag, geared: LoadFriction::new(load_friction), gain: gain as i32, step }
     }
 }
 
@@ -206,7 +206,7 @@ impl State {
     /// Of an axis whose duty acts so many ticks behind its sample.
     pub fn new(delay_ticks: u8) -> Self {
         let late = (u16::from(delay_ticks) << LAG_FRAC).wrapping_add(HALF_TICK);
-        Self { ahead: Ahead::new(late, 0), ..Self::default() }
+        Self { ahead: Ahead::new(late, Modelled::default()), ..Self::default() }
     }
 
     /// The reference's speed when the duty acts.
@@ -238,17 +238,22 @@ impl State {
         *self = Self { ahead: self.ahead, ..Self::default() };
     }
 
-    /// The smaller time constant of the motor from now on: what winding, drive and delay keep back of the acceleration. Control ticks,
-    /// Q4, 0 … [`MOST_LAG`]; 0: none is known.
-    pub fn feed_lag(&mut self, lag: u32) {
-        self.ahead = Ahead::new(self.ahead.late, lag.min(MOST_LAG) as u16);
+    /// This is known of the motor from now on.
+    pub fn take(&mut self, modelled: Modelled) {
+        self.ahead = Ahead::new(self.ahead.late, modelled);
         self.lagging = LowPass::default();
     }
 
-    /// What [`State::feed_lag`] was told.
+    /// What [`State::take`] was told.
     #[must_use]
-    pub fn lag(&self) -> u32 {
-        u32::from(self.ahead.lag)
+    pub fn modelled(&self) -> Modelled {
+        Modelled { lag: self.ahead.lag, load_friction: self.ahead.geared.share() }
+    }
+
+    /// The friction that grows with the torque.
+    #[inline]
+    pub(crate) fn geared(&self) -> LoadFriction {
+        self.ahead.geared
     }
 
     /// The reference rests: nothing is kept back any more.

@@ -8,6 +8,7 @@ use crate::axis::design::{self, Design};
 use crate::axis::track_sine::{Ahead, Asked};
 use crate::axis::{Axis, Listener, Mode, Start, State};
 use crate::commission::Request;
+use crate::compensate::modelled::Modelled;
 use crate::compensate::position_load::PositionLoad;
 use crate::config::Config;
 use crate::identify::estimate::{Estimates, Reason};
@@ -100,8 +101,8 @@ pub enum Command {
     Stream(Point),
     /// Hold the load over the place with this table from now on, or with none. Refused while something excites.
     PositionLoad(PositionLoad),
-    /// Feed this lag forward from now on, control ticks, Q4; 0: none. Refused while something runs.
-    Lag(u32),
+    /// Feed forward what a model tells from now on. Refused while something runs.
+    Modelled(Modelled),
 }
 
 impl Command {
@@ -174,7 +175,7 @@ impl Axis {
             Command::Excite(ref waveform) => self.excite(state, waveform),
             Command::Stream(ref point) => self.stream(state, point),
             Command::PositionLoad(ref load) => self.position_load(state, load),
-            Command::Lag(lag) => self.lag(state, lag),
+            Command::Modelled(modelled) => self.modelled(state, modelled),
             // What a restart brings, and what the image answers.
             _ => Err(Refusal::NotForAxis),
         }
@@ -231,7 +232,7 @@ impl Axis {
             compensation: state.compensation,
             protection: self.protection,
             position_load: state.load.told(state.datum),
-            lag: state.control.lag(),
+            modelled: state.control.modelled(),
         }
     }
 

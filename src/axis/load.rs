@@ -1,4 +1,4 @@
-//! What is compensated beside what was identified: the load over the place at work (where its angle counts from, and whether it acts), the lag,
+//! What is compensated beside what was identified: the load over the place at work (where its angle counts from, and whether it acts), what a model tells,
 //! and whether the dead zone is at all.
 //!
 //! The counter starts anywhere at power-up, so a table acts only where its angle is known: one over the counter as it is, in the
@@ -6,6 +6,7 @@
 //! Once counts may have been lost none acts. A constant without sines is the same everywhere, and always acts.
 
 use super::{Axis, Refusal, State};
+use crate::compensate::modelled::Modelled;
 use crate::compensate::position_load::{PositionLoad, Step};
 use crate::units::{Voltage, VoltageQ14};
 
@@ -125,9 +126,9 @@ impl Axis {
     }
 
     /// While nothing runs: set-points do not jump.
-    pub(super) fn lag(&self, state: &mut State, lag: u32) -> Result<(), Refusal> {
+    pub(super) fn modelled(&self, state: &mut State, modelled: Modelled) -> Result<(), Refusal> {
         self.idle(state)?;
-        state.feed_lag(lag);
+        state.take(modelled);
         Ok(())
     }
 

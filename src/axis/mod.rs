@@ -515,7 +515,14 @@ impl Axis {
         let linear = demand.voltage.plus(state.load.voltage);
         let compensator = state.compensation.then_some(&state.design.compensator);
         let rests = state.reference.rests();
-        let wanted = compensator.map_or(linear, |inverse| inverse.apply(linear, towards, rests));
+        let geared = state.control.geared();
+        let wanted = compensator.map_or(linear, |inverse| {
+            let wanted = inverse.apply(linear, towards, rests);
+            match towards.filter(|_| !rests && geared.share() > 0) {
+                Some(steady) => wanted.plus(geared.push(wanted.minus(steady), steady.0 >= 0)),
+                None => wanted,
+            }
+        });
         let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
         state.limit = limit;
         if let Some(error) = error {

@@ -2,6 +2,7 @@
 
 use crate::axis::track_sine::{Ahead, Asked, Units};
 use crate::axis::{Axis, Command, Refusal};
+use crate::compensate::modelled::Modelled;
 use crate::compensate::position_load::PositionLoad;
 use crate::config::{Config, ConfigError};
 use crate::identify::estimate::Estimates;
@@ -32,16 +33,16 @@ pub struct Restored {
     pub compensation: bool,
     /// The load over the place.
     pub position_load: PositionLoad,
-    /// The lag, control ticks, Q4.
-    pub lag: u32,
+    /// What a model tells.
+    pub modelled: Modelled,
 }
 
 impl Restored {
     /// Of these parameters.
     #[must_use]
     pub fn of(parameters: &AxisParameters) -> Self {
-        let AxisParameters { estimates, compensation, position_load, lag, .. } = *parameters;
-        Restored { estimates, compensation, position_load, lag }
+        let AxisParameters { estimates, compensation, position_load, modelled, .. } = *parameters;
+        Restored { estimates, compensation, position_load, modelled }
     }
 }
 

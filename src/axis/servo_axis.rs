@@ -127,7 +127,7 @@ impl<P: AsRef<Axis> + Clone> ServoAxis<P> {
                 Axis::take_over(state, &restored.estimates);
                 // It acts once the loops are known, and its zero is.
                 state.load.take(&restored.position_load, None, 0);
-                state.feed_lag(restored.lag);
+                state.take(restored.modelled);
                 restored.compensation
             }
             None => kept,

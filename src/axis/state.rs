@@ -6,6 +6,7 @@ use super::last_trusted::LastTrusted;
 use super::load::Load;
 use crate::axis::design::{self, Design};
 use crate::commission::{self, Outcome, Request};
+use crate::compensate::modelled::Modelled;
 use crate::control::{self, Reference};
 use crate::encoder;
 use crate::identify::estimate::{Estimates, Reason};
@@ -241,10 +242,10 @@ impl Axis {
 }
 
 impl State {
-    /// The smaller time constant of the motor: [`control::State::feed_lag`].
-    pub(super) fn feed_lag(&mut self, lag: u32) {
-        self.control.feed_lag(lag);
-        self.design.observer.lag(self.control.lag());
+    /// This is known of the motor from now on.
+    pub(super) fn take(&mut self, modelled: Modelled) {
+        self.control.take(modelled);
+        self.design.observer.lag(u32::from(modelled.lag));
     }
 
     /// The loops are to use what is known now, as far as it is trusted.

@@ -34,6 +34,7 @@
 //! Adaptive dead-zone inverses: G. Tao, P. V. Kokotović, *Adaptive Control of Systems with Actuator and Sensor
 //! Nonlinearities*, Wiley 1996, ch. 3.
 
+pub mod modelled;
 pub mod position_load;
 
 use crate::units::{Voltage, mul_shift_within, to_fixed};

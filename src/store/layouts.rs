@@ -1,6 +1,7 @@
 //! Sets of parameters as older images stored them, and what a set of today is made of them.
 
 use super::AxisParameters;
+use crate::compensate::modelled::Modelled;
 use crate::compensate::position_load::PositionLoad;
 use crate::config::{Config, LATEST};
 use crate::control::Tuning;
@@ -80,8 +81,16 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
         _ => take(rest)?,
     };
     // Layout 6 came with the lag.
-    let lag = if layout > 5 { take(rest)? } else { 0 };
-    Some(Some(AxisParameters { config, estimates, tuning, compensation, protection, position_load, lag }))
+    let modelled = if layout > 5 { take(rest)? } else { Modelled::default() };
+    Some(Some(AxisParameters {
+        config,
+        estimates,
+        tuning,
+        compensation,
+        protection,
+        position_load,
+        modelled,
+    }))
 }
 
 /// The next item.

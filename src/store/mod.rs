@@ -20,6 +20,7 @@ mod layouts;
 
 pub use event::{SaveError, StoreEvent};
 
+use crate::compensate::modelled::Modelled;
 use crate::compensate::position_load::PositionLoad;
 use crate::config::{Config, ConfigError, Field, LATEST, within};
 use crate::control::Tuning;
@@ -32,12 +33,12 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// Axes that one record has room for. An image that drives more needs a longer record, which is another layout.
 pub const MAX_AXES: usize = 4;
 /// Bytes of a record. Four axes take up to 625 bytes in postcard ([`Estimates::to_store`] sees to it), each sine of a table of the
-/// load 6 more, a lag of 8 ticks or more 1 or 2.
+/// load 6 more, a lag of 8 ticks or more 1 or 2, a share of the torque 4.
 pub const RECORD_LEN: usize = 640;
-/// Layout since which a record has the lag, which is no setting.
-const WITH_LAG: u16 = 6;
+/// Layout since which a record has the friction that grows with the torque, which is no setting.
+const WITH_LOAD_FRICTION: u16 = 7;
 /// Layout that this image writes: that of the newest setting, or of what else a record holds.
-pub const LAYOUT: u16 = if LATEST > WITH_LAG { LATEST } else { WITH_LAG };
+pub const LAYOUT: u16 = if LATEST > WITH_LOAD_FRICTION { LATEST } else { WITH_LOAD_FRICTION };
 
 const HEADER_LEN: usize = 8;
 const PAYLOAD_END: usize = RECORD_LEN - 4;
@@ -58,10 +59,9 @@ pub struct AxisParameters {
     /// The load over the place; none before layout 5, and in texts of that time.
     #[serde(default)]
     pub position_load: PositionLoad,
-    /// The smaller time constant of the motor: what winding, drive and delay keep back of the acceleration. Control ticks, Q4, up to
-    /// 4095 ticks; 0: none is known. No commissioning finds it; a model tells it.
+    /// What a model tells; nothing before layout 6, and only a lag before layout 7.
     #[serde(default)]
-    pub lag: u32,
+    pub modelled: Modelled,
 }
 
 /// A set of parameters. A function of its own: within that of the commands it would take twice the room in an image.
@@ -83,7 +83,7 @@ impl AxisParameters {
             compensation: true,
             protection: Settings::default(),
             position_load: PositionLoad::default(),
-            lag: 0,
+            modelled: Modelled::default(),
         }
     }
 

@@ -1,6 +1,7 @@
 //! The dead zone's model and inverse are one another's inverse, and the compensator keeps its promises.
 
 use proptest::prelude::*;
+use servo::compensate::modelled::LoadFriction;
 use servo::compensate::{Compensator, DeadZone, KAPPA_FRICTION, KAPPA_INPUT, SignSource, Smoothing};
 use servo::units::Voltage;
 
@@ -92,6 +93,21 @@ fn a_voltage_drop_is_pushed_with_the_sign_of_the_current() {
     }
     let at_rest = in_volts(compensator.apply(volts(0.5), Some(Voltage::ZERO), true));
     assert!((at_rest - (0.5 + f64::from(KAPPA_INPUT) * 1.2)).abs() < 1e-3, "{at_rest} V at rest");
+}
+
+/// Forward, by hand: of the torque voltage T, a·|T| acts against the motion.
+#[test]
+fn friction_that_grows_with_the_torque_is_made_up_for() {
+    for share in [0.05, 0.16, 0.25] {
+        let geared = LoadFriction::new((share * 65_536.0) as u16);
+        for (v, forward) in [(2.0, true), (2.0, false), (-0.7, true), (-0.7, false)] {
+            let torque = v + in_volts(geared.push(volts(v), forward));
+            let against = if forward { -share * torque.abs() } else { share * torque.abs() };
+            assert!((torque + against - v).abs() < 1e-3, "{share}: {v} V becomes {torque} V");
+        }
+    }
+    assert_eq!(LoadFriction::new(u16::MAX).share(), LoadFriction::MOST);
+    assert_eq!(LoadFriction::default().push(volts(2.0), true), Voltage::ZERO);
 }
 
 #[test]

@@ -4,6 +4,7 @@ use crate::rig::{DEAD_ZONE, Held, bench, bits, config, improved, job, linear, mo
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use servo::axis::Bridge;
+use servo::compensate::modelled::Modelled;
 use servo::identify::estimate::{Estimate, Mechanism, Standing};
 use servo::link::protocol::Command;
 use servo::motion::excitation::{Sweep, Waveform};
@@ -62,6 +63,21 @@ fn a_motor_behind_a_voltage_drop_follows_better() {
     }
 }
 
+/// A gear takes an eighth of the torque beside 0.5 V of friction.
+#[test]
+fn friction_that_grows_with_the_torque_is_compensated() {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let gear = "[known.load_dependent_friction]\nlevel_nm = 0.0225\nper_motor_torque = 0.125\nper_load_torque = 0.0\n";
+    let found = improved(gear, None, &outside, folder.path());
+    assert!(found.improved, "{}", found.why);
+    let last = found.entries.iter().rfind(|entry| entry.kept).expect("an entry that was kept");
+    let share = f32::from(last.after.expect("what is in force").modelled.load_friction) / 65_536.0;
+    assert!((0.1..0.15).contains(&share), "{share}");
+    for it in &last.trial.as_ref().expect("a trial").motions {
+        assert!(it.ratio.low > 2.0, "{} {}", it.motion.name, it.ratio.text());
+    }
+}
+
 /// A winding of 20 ms beside a motor of 94 ms: with the sum of both alone the voltage comes late.
 #[test]
 fn a_winding_that_lags_is_fed_forward() {
@@ -69,7 +85,7 @@ fn a_winding_that_lags_is_fed_forward() {
     let winding = model::parse("motor.toml", &file).expect("a model");
     let (known, _) = candidate::candidate(&winding, &linear(), None).expect("a set");
     let mut slow = known;
-    slow.lag = 0;
+    slow.modelled.lag = 0;
     assert!(candidate::differs(&known, &slow));
     let motor = Builtin::new(&winding, &config(), 3);
     let servo = HostServo::power_up(Box::new(motor), config(), &Outside::default());
@@ -121,7 +137,8 @@ fn a_trial_that_begins_with_a_coasting_shaft_measures_from_its_home() {
 fn a_motor_with_nothing_to_gain_stays_as_it_is() {
     let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
     // The winding takes a quarter of a tick.
-    let right = AxisParameters { lag: (1 << LAG_FRAC) / 4, ..linear() };
+    let right =
+        AxisParameters { modelled: Modelled { lag: (1 << LAG_FRAC) / 4, load_friction: 0 }, ..linear() };
     outside.stored.replace(Some(right));
     let found = improved("", None, &outside, folder.path());
     assert!(!found.improved, "{}", found.why);

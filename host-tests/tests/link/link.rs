@@ -3,6 +3,7 @@
 
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
+use servo::compensate::modelled::Modelled;
 use servo::compensate::position_load::PositionLoad;
 use servo::config::Config;
 use servo::control::Tuning;
@@ -204,7 +205,7 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
             compensation,
             protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
             position_load: PositionLoad::default(),
-            lag: 97,
+            modelled: Modelled { lag: 97, load_friction: 9_000 },
         },
     )
 }
@@ -214,7 +215,7 @@ fn unarmed_command() -> impl Strategy<Value = Command> {
         configuration().prop_map(Command::Configure),
         Just(Command::Stop),
         any::<bool>().prop_map(Command::Compensation),
-        any::<u32>().prop_map(Command::Lag),
+        any::<u32>().prop_map(|both| Command::Modelled(both.into())),
         any::<u32>().prop_map(|every| Command::Subscribe { every }),
         parameters().prop_map(Command::Restore),
         Just(Command::Reset),

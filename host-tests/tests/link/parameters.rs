@@ -1,5 +1,6 @@
 //! Parameters key by key, and from a model to the numbers of the firmware.
 
+use servo::compensate::modelled::{LoadFriction, Modelled};
 use servo::compensate::position_load::PositionLoad;
 use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, Mechanism};
@@ -19,7 +20,7 @@ fn blank() -> AxisParameters {
         compensation: true,
         protection: Settings::default(),
         position_load: PositionLoad::default(),
-        lag: 0,
+        modelled: Modelled::default(),
     }
 }
 
@@ -50,6 +51,7 @@ fn what_is_set_is_printed_and_read_back_whole() {
         "identified.gain_rad_s_per_v=10",
         "identified.time_constant_s=0.04",
         "identified.lag_s=0.003",
+        "identified.load_friction=0.125",
         "position_load.period_counts=8192",
         "position_load.constant_v=-0.3",
         "position_load.sines=[{cycles=1,amplitude_v=1.5,phase_rad=0.7},{cycles=24,amplitude_v=0.2,phase_rad=5}]",
@@ -72,7 +74,7 @@ fn what_is_set_is_printed_and_read_back_whole() {
     assert_eq!(second.protection, first.protection);
     assert_eq!(second.protection.actions.of(Fault::NoMotion), Action::Brake);
     assert_eq!((second.tuning, second.compensation), (first.tuning, first.compensation));
-    assert!(first.lag > 0 && second.lag == first.lag);
+    assert!(first.modelled.lag > 0 && second.modelled == first.modelled);
     let off = second.estimates.dead_zone[0].value - first.estimates.dead_zone[0].value;
     assert!(off.abs() <= 1, "{off}");
 }
@@ -95,6 +97,7 @@ fn wrong_keys_and_values_are_named_with_the_nearest_right_one() {
         ("loops.bandwidth=fast", "`fast` is no value"),
         ("loops.bandwidth", "key=value"),
         ("identified.lag_s=-0.01", "`-0.01` is no value"),
+        ("identified.load_friction=0.3", "`0.3` is no value"),
         ("protection.over_current=brake", "choose open"),
         ("protection.overcurrent=open", "over_current"),
         ("protection.no_motion=hold", "open or brake"),
@@ -173,6 +176,23 @@ fn the_lag_is_the_coefficient_of_the_second_derivative_over_that_of_the_first() 
     let lag = exported("named").expect("a lag");
     assert!((lag - 0.001_048 / 0.085).abs() < 1e-6, "{lag} s");
     assert_eq!(exported("tie"), None, "a name of a tie is not relied on");
+}
+
+/// More than a quarter is compensated by a quarter.
+#[test]
+fn friction_that_grows_with_the_torque_becomes_a_share() {
+    let exported = |share: f64| {
+        let known = format!(
+            "[known.load_dependent_friction]\nlevel_nm = 0.0\nper_motor_torque = {share}\nper_load_torque = 0.0\n"
+        );
+        let model = model::parse("model.toml", &format!("{MODEL}{known}")).expect("a model");
+        let params = compensation::from_model(&model, &config()).expect("parameters").params;
+        let mut axis = blank();
+        parameters::adopt(&mut axis, &params).expect("numbers that can be");
+        (params.load_friction, axis.modelled.load_friction)
+    };
+    assert_eq!(exported(0.1), (Some(0.1), 6_554));
+    assert_eq!(exported(0.4), (Some(0.25), LoadFriction::MOST));
 }
 
 #[test]

@@ -3,6 +3,7 @@
 
 use embedded_storage::nor_flash::NorFlash;
 use servo::axis::Bridge;
+use servo::compensate::modelled::Modelled;
 use servo::compensate::position_load::{Harmonic, Load, PositionLoad};
 use servo::config::Config;
 use servo::control::Tuning;
@@ -16,7 +17,7 @@ use servo::store::{
 use trials::power_cut::flash::Flash;
 use trials::power_cut::library;
 use trials::power_cut::sets::{
-    SetLayout1, SetLayout2, SetLayout3, SetLayout5, limited_as_layout_3, migrated, set, without_lag,
+    SetLayout1, SetLayout2, SetLayout3, SetLayout5, limited_as_layout_3, migrated, set, untold,
 };
 use trials::power_cut::suite::{
     Situation, Store, Tally, cut_erase, cut_everywhere, life, loaded, operations, save,
@@ -210,7 +211,7 @@ fn layout_4_is_migrated() {
     let covered = &record[..RECORD_LEN - 4];
     let checksum = !covered.iter().fold(u32::MAX, |crc, byte| (0..8).fold(crc ^ u32::from(*byte), step));
     record[RECORD_LEN - 4..].copy_from_slice(&checksum.to_le_bytes());
-    let mut parameters = without_lag(&set(0));
+    let mut parameters = untold(&set(0));
     for axis in parameters.axes.iter_mut().flatten() {
         assert_ne!(axis.position_load, PositionLoad::default());
         axis.position_load = PositionLoad::default();
@@ -226,9 +227,19 @@ fn layout_5_is_migrated() {
     assert_eq!(hex(used(&record)), include_str!("store_layout_5.hex").trim());
     for number in [1, 5, 7] {
         let record = encode(&SetLayout5::of(&set(number)), 1, 5).expect("fits");
-        let expected = Loaded::Set { parameters: without_lag(&set(number)), layout: 5 };
+        let expected = Loaded::Set { parameters: untold(&set(number)), layout: 5 };
         assert_eq!(Record::parse(&record).expect("intact").load(), expected);
     }
+}
+
+/// Layout 6 knew the lag alone.
+#[test]
+fn layout_6_is_migrated() {
+    let mut parameters = set(0);
+    parameters.axes.iter_mut().flatten().for_each(|axis| axis.modelled.load_friction = 0);
+    let record = encode(&parameters, 1, 6).expect("fits");
+    assert_eq!(hex(used(&record)), include_str!("store_layout_6.hex").trim());
+    assert_eq!(Record::parse(&record).expect("intact").load(), Loaded::Set { parameters, layout: 6 });
 }
 
 #[test]
@@ -294,7 +305,7 @@ fn the_largest_set_fits_into_a_record() {
             command_timeout_ms: u16::MAX,
         },
         position_load: PositionLoad::default(),
-        lag: 127,
+        modelled: Modelled { lag: 127, load_friction: 0 },
     };
     // The largest that a configuration may have.
     axis.config.counts_per_rev = 1_000_000;

@@ -1,6 +1,7 @@
 //! The bytes of every command, refusal and fault, as they were first published: hosts and servos of different ages understand
 //! each other by them.
 
+use servo::compensate::modelled::Modelled;
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::scales::ScaleError;
 use servo::link::capture::Trigger;
@@ -48,7 +49,8 @@ fn commands() -> Vec<Command> {
             ticks: 200,
         }),
         Command::PositionLoad(set(2).axes[0].expect("an axis").position_load),
-        Command::Lag(389),
+        Command::Modelled(Modelled { lag: 389, load_friction: 0 }),
+        Command::Modelled(Modelled { lag: 389, load_friction: 9_000 }),
     ]
 }
 

@@ -1,6 +1,7 @@
 //! Sets of parameters that differ, and what an image of the past would have stored.
 
 use serde::Serialize;
+use servo::compensate::modelled::Modelled;
 use servo::compensate::position_load::{Harmonic, Load, PositionLoad};
 use servo::config::Config;
 use servo::control::Tuning;
@@ -26,7 +27,10 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
         compensation: number.is_multiple_of(2),
         protection: Settings::default(),
         position_load: position_load(number),
-        lag: 21 + number % 500,
+        modelled: Modelled {
+            lag: 21 + (number % 500) as u16,
+            load_friction: 1_000 * (1 + number % 3) as u16,
+        },
     }
 }
 
@@ -98,10 +102,10 @@ impl SetLayout5 {
     }
 }
 
-/// What must be read from it when it was stored in layout 4 or 5: without the lag.
-pub fn without_lag(set: &StoredParameters) -> StoredParameters {
+/// What must be read from it when it was stored in layout 4 or 5: without what a model tells.
+pub fn untold(set: &StoredParameters) -> StoredParameters {
     let mut set = set.clone();
-    set.axes.iter_mut().flatten().for_each(|axis| axis.lag = 0);
+    set.axes.iter_mut().flatten().for_each(|axis| axis.modelled = Modelled::default());
     set
 }
 
@@ -197,7 +201,7 @@ impl SetLayout1 {
 
 /// What must be read from it when it was stored in layout 2 or 3: without the limits that came with layout 4.
 pub fn limited_as_layout_3(set: &StoredParameters) -> StoredParameters {
-    let mut set = without_lag(set);
+    let mut set = untold(set);
     for axis in set.axes.iter_mut().flatten() {
         axis.position_load = PositionLoad::default();
         axis.config = Config {

@@ -192,7 +192,7 @@ impl Runs {
         self.session.command(Command::Adopt(numbers.estimates))?;
         self.session.command(Command::Compensation(numbers.compensation))?;
         self.session.command(Command::PositionLoad(numbers.position_load))?;
-        self.session.command(Command::Lag(numbers.lag))?;
+        self.session.command(Command::Modelled(numbers.modelled))?;
         let begun = self.session.command(Command::Arm)?;
         let holds = |kept: &Kept| kept.activity() == Activity::Holding;
         let home = self.session.command(Command::Position(0.0)).and_then(|_| self.rest(holds));

@@ -12,7 +12,7 @@ use std::path::{Path, PathBuf};
 use truing_core::outcome::Outcome;
 use truing_core::text::input_error::InputError;
 use truing_report::report::write_atomically;
-use truing_servo::device::parameters::lag_s;
+use truing_servo::device::parameters::modelled;
 use truing_servo::device::place_load::{PlaceLoad, Sine};
 
 /// One line each.
@@ -106,7 +106,7 @@ impl Entry {
         let load = PlaceLoad::of(&candidate.position_load, &candidate.config);
         let name = |it: &Sine| format!("load, {} cycles of {} counts", it.cycles, load.period_counts);
         let sine = |it: &Sine| known(&name(it), "V", it.amplitude_v, 0.0);
-        let told = told.chain((candidate.lag > 0).then(|| known("lag", "s", lag_s(candidate), 0.0)));
+        let told = told.chain(modelled(candidate).map(|(name, unit, of)| known(name, unit, of.into(), 0.0)));
         let numbers = told.chain(load.sines.iter().map(sine)).collect();
         Self { numbers, after: Some(*candidate), ..self }
     }

@@ -139,8 +139,7 @@ pub fn differs(candidate: &AxisParameters, base: &AxisParameters) -> bool {
     };
     let (Some(new), Some(old)) = (numbers(candidate), numbers(base)) else { return true };
     let apart = candidate.compensation != base.compensation
-        // Lags that differ by a tenth are the same.
-        || candidate.lag.abs_diff(base.lag) > candidate.lag.max(base.lag) / 10
+        || candidate.modelled.differs(&base.modelled)
         || !alike(&candidate.position_load, &base.position_load);
     apart
         || new.iter().zip(&old).any(|(new, old)| {

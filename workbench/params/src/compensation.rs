@@ -86,6 +86,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, false)).sqrt();
         number(name, pick, u95, doubtful(model, pick).or_else(|| goes_along(sure)))
     };
+    let told = |pick: Pick| Some(pick(&value)).filter(|of| *of > 0.0 && doubtful(model, pick).is_none());
     let mut params = Params {
         mechanism: value.mechanism,
         dead_zone_pos_v,
@@ -94,7 +95,8 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         saturation_neg_v,
         gain_rad_s_per_v: Some(linear("gain_rad_s_per_v", |t| t.gain)),
         time_constant_s: Some(linear("time_constant_s", |t| t.time_constant)),
-        lag_s: Some(value.lag).filter(|lag| *lag > 0.0 && doubtful(model, |t| t.lag).is_none()),
+        lag_s: told(|t| t.told[0]),
+        load_friction: told(|t| t.told[1]),
         ..Params::nothing()
     };
     let mut left_out = left_out(model);
@@ -205,8 +207,8 @@ struct Terminal {
     gain: f64,
     /// s.
     time_constant: f64,
-    /// s.
-    lag: f64,
+    /// Lag, s; share of the motor's torque that friction takes, of which the firmware compensates a quarter at most.
+    told: [f64; 2],
     mechanism: Mechanism,
 }
 
@@ -227,7 +229,7 @@ impl Terminal {
             saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
             gain: plant.drive_gain * plant.dc_gain(),
             time_constant: first + later,
-            lag: second / (first + later),
+            told: [second / (first + later), plant.friction_per_motor.min(0.25)],
             mechanism: mechanism(zone, friction, plant.drop_v),
         }
     }

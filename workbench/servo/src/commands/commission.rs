@@ -152,8 +152,8 @@ fn adopted(params: &Params, config: &Config) -> anyhow::Result<Vec<Task>> {
     let mut known = AxisParameters::new(*config);
     adopt(&mut known, params)?;
     let load = params.position_load.as_ref().map(|_| Task::PositionLoad(known.position_load));
-    let lag = params.lag_s.map(|_| Task::Lag(known.lag));
-    Ok([Task::Adopt(Box::new(params.estimates(config)))].into_iter().chain(load).chain(lag).collect())
+    let told = params.lag_s.or(params.load_friction).map(|_| Task::Modelled(known.modelled));
+    Ok([Task::Adopt(Box::new(params.estimates(config)))].into_iter().chain(load).chain(told).collect())
 }
 
 /// Where the numbers of a motion come from.

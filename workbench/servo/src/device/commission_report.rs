@@ -201,6 +201,8 @@ pub struct Params {
     pub time_constant_s: Option<Kept>,
     /// The smaller time constant, of winding, drive and delay, s; nothing: it stays as it is.
     pub lag_s: Option<f64>,
+    /// Share of the motor's torque that friction takes, 0 … 0.25; nothing: it stays as it is.
+    pub load_friction: Option<f64>,
     /// The load over the place; nothing: it stays as it is.
     pub position_load: Option<PlaceLoad>,
 }
@@ -226,7 +228,6 @@ impl Params {
     fn holding(mechanism: Mechanism, found: &Found) -> Self {
         let kept = |Number { value, u95, trusted, .. }| Some(Kept { value: value?, u95: u95?, trusted });
         Params {
-            schema: PARAMS_SCHEMA.into(),
             mechanism,
             dead_zone_pos_v: kept(found.dead_zone_pos_v),
             dead_zone_neg_v: kept(found.dead_zone_neg_v),
@@ -234,8 +235,7 @@ impl Params {
             saturation_neg_v: kept(found.saturation_neg_v),
             gain_rad_s_per_v: kept(found.gain_rad_s_per_v),
             time_constant_s: kept(found.time_constant_s),
-            lag_s: None,
-            position_load: None,
+            ..Params::nothing()
         }
     }
 

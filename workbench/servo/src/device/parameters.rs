@@ -7,7 +7,6 @@ use crate::device::link::range_text;
 use crate::device::place_load::PlaceLoad;
 use servo::compensate::position_load::PositionLoad;
 use servo::config::{Config, SETTINGS, Setting, Value};
-use servo::control::{LAG_FRAC, MOST_LAG};
 use servo::identify::estimate::{EstimatesReport, Reported};
 use servo::protect::{Action, Fault, Thermal};
 use servo::store::AxisParameters;
@@ -90,8 +89,13 @@ const KEYS: &[Key] = &[
     identified!("identified.time_constant_s", time_constant_s, time_constant),
     Key {
         name: "identified.lag_s",
-        get: |p| (p.lag > 0).then(|| lag_s(p).to_string()),
-        set: |p, text| lag(text.parse().ok()?, &p.config).map(|lag| p.lag = lag),
+        get: |p| (p.modelled.lag > 0).then(|| p.modelled.values(p.config.tick_hz)[0].to_string()),
+        set: |p, text| told(p, [Some(text.parse().ok()?), None]),
+    },
+    Key {
+        name: "identified.load_friction",
+        get: |p| (p.modelled.load_friction > 0).then(|| p.modelled.values(p.config.tick_hz)[1].to_string()),
+        set: |p, text| told(p, [None, Some(text.parse().ok()?)]),
     },
 ];
 
@@ -284,25 +288,25 @@ fn units(config: &Config) -> (f32, f32, u32) {
     (config.supply_nominal_v, config.rated_speed_rad_s, config.tick_hz)
 }
 
-/// The lag of an axis, s.
-pub fn lag_s(parameters: &AxisParameters) -> f64 {
-    f64::from(parameters.lag) / f64::from(1u32 << LAG_FRAC) / f64::from(parameters.config.tick_hz)
+/// What a model has told of an axis: name, unit, value.
+pub fn modelled(of: &AxisParameters) -> impl Iterator<Item = (&'static str, &'static str, f32)> {
+    let names = [("lag", "s"), ("friction per torque", "1")];
+    let all = names.into_iter().zip(of.modelled.values(of.config.tick_hz));
+    all.filter(|it| it.1 > 0.0).map(|((name, unit), value)| (name, unit, value))
 }
 
-/// A lag in the chip's unit; `None`: it is longer than one can be, or none.
-fn lag(seconds: f64, config: &Config) -> Option<u32> {
-    let lag = (seconds * f64::from(config.tick_hz) * f64::from(1u32 << LAG_FRAC)).round();
-    (0.0..=f64::from(MOST_LAG)).contains(&lag).then_some(lag as u32)
+fn told(of: &mut AxisParameters, told: [Option<f32>; 2]) -> Option<()> {
+    of.modelled.with(told, of.config.tick_hz).map(|told| of.modelled = told)
 }
 
 /// Numbers of `params.toml` put in force; of the load over the place as much as the loops bear.
 pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), InputError> {
     let estimates = params.estimates(&parameters.config);
     parameters.estimates.merge(&estimates);
-    if let Some(seconds) = params.lag_s {
-        let what = || InputError(format!("lag_s = {seconds} is longer than 4095 control ticks, or negative"));
-        parameters.lag = lag(seconds, &parameters.config).ok_or_else(what)?;
-    }
+    let told = [params.lag_s, params.load_friction].map(|of| of.map(|of| of as f32));
+    let what =
+        "lag_s is longer than 4095 control ticks, load_friction more than a quarter, or one is negative";
+    self::told(parameters, told).ok_or_else(|| InputError(what.into()))?;
     let Some(mut load) = params.position_load.clone() else { return Ok(()) };
     load.fit(parameters);
     let table = load.build(&parameters.config).map_err(|error| InputError(range_text(&error)));

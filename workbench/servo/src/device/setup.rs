@@ -81,7 +81,7 @@ impl Setup {
             config: self.config.keeping_limits(&before.config),
             estimates: fresh.estimates,
             position_load: fresh.position_load,
-            lag: fresh.lag,
+            modelled: fresh.modelled,
             ..*before
         });
         self.choices.over(kept)

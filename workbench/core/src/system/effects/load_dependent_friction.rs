@@ -14,11 +14,12 @@ pub static LOAD_DEPENDENT_FRICTION: Effect = Effect {
     parameters: &[
         Parameter::new("level_nm", "N m", Scale::Torque, 0.0, 0.8),
         Parameter::new("per_motor_torque", "1", Scale::One, 0.0, 0.9),
-        Parameter::new("per_load_torque", "1", Scale::One, 0.0, 0.9),
+        Parameter::new("per_load_torque", "1", Scale::One, 0.0, 0.9).unknown_on_chip(),
     ],
     starts: Starts::Grid(&[&[0.01, 0.05, 0.02], &[0.03, 0.15, 0.1], &[0.08, 0.3, 0.05]]),
     family: Family::DryFriction,
     form: Form::Rich,
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.friction_pos += p[0];
         plant.friction_neg += p[0];

@@ -71,7 +71,7 @@ impl Session {
     /// An open bridge lets the shaft coast; only when it stands may the flash be written. What has hardly any friction is
     /// caught.
     pub(super) fn store(&mut self, progress: &mut Listener) -> Performed {
-        if !self.coast(progress)? {
+        if !self.coast(self.standstill(), 1, progress)? {
             self.catch(progress)?;
         }
         self.client.save(&mut |message| self.kept.borrow_mut().take(message))?;
@@ -87,20 +87,18 @@ impl Session {
             None => Command::Voltage(0.0),
             Some(_) => Command::Position(self.here()),
         })?;
-        self.coast(progress)?;
+        self.coast(self.standstill(), 1, progress)?;
         self.command(Command::Position(self.here())).ok();
         // The servo stores only if no count at all has passed for a while.
-        let (still, end) = (2 * self.standstill(), self.kept.borrow().now() + self.ticks(LONGEST_COAST_S));
-        self.run_to(end, |kept| kept.stands_within(still, 0), "coming to rest", progress)?;
+        self.coast(2 * self.standstill(), 0, progress)?;
         Ok(f64::from(self.command(Command::Stop)? - begun) / f64::from(self.config().tick_hz))
     }
 
-    /// Waits until the shaft stands, no longer than this; does it?
-    fn coast(&mut self, progress: &mut Listener) -> Result<bool, InputError> {
-        let still = self.standstill();
+    /// Waits until the shaft has stood for so many records within so many counts; does it?
+    fn coast(&mut self, still: usize, counts: i32, progress: &mut Listener) -> Result<bool, InputError> {
         let end = self.kept.borrow().now() + self.ticks(LONGEST_COAST_S);
-        self.run_to(end, |kept| kept.stands(still), "coming to rest", progress)?;
-        Ok(self.kept.borrow().stands(still))
+        self.run_to(end, |kept| kept.stands_within(still, counts), "coming to rest", progress)?;
+        Ok(self.kept.borrow().stands_within(still, counts))
     }
 }
 

@@ -268,7 +268,7 @@ impl Session {
         match task {
             Task::Commission { budget_s, seed } => self.commission(*budget_s, *seed, progress),
             Task::Adopt(estimates) => self.adopt(estimates),
-            Task::Lag(lag) => self.command(Command::Lag(*lag)).map(|_| Done::Adopted),
+            Task::Modelled(told) => self.command(Command::Modelled(*told)).map(|_| Done::Adopted),
             Task::PositionLoad(load) => self.command(Command::PositionLoad(*load)).map(|_| Done::Adopted),
             Task::Reference(how) => self.reference(*how, progress),
             Task::Store => self.store(progress),

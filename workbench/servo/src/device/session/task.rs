@@ -2,6 +2,7 @@
 
 use crate::device::motion_profile::Profile;
 use servo::commission::Outcome;
+use servo::compensate::modelled::Modelled;
 use servo::compensate::position_load::PositionLoad;
 use servo::identify::estimate::{Estimates, EstimatesReport};
 use servo::link::capture::{Extent, Shot, Stage, Trigger};
@@ -22,8 +23,8 @@ pub enum Task {
     Adopt(Box<Estimates>),
     /// Hold the load over the place with this table.
     PositionLoad(PositionLoad),
-    /// Feed this lag forward, control ticks, Q4.
-    Lag(u32),
+    /// Feed forward what a model tells.
+    Modelled(Modelled),
     /// Arm a capture when the next motion begins; what it holds is read out behind it.
     Capture {
         /// What to wait for.
