@@ -200,7 +200,7 @@ impl Runs {
             if std::mem::replace(&mut self.driven, true) {
                 return Err(home.err().unwrap_or_else(|| InputError(DRIVEN.into())));
             }
-            self.seconds += self.session.catch(&mut |_| {})?;
+            self.seconds += self.session.catch(true, &mut |_| {})?;
             self.begin_here(numbers)?;
             return self.follow(numbers, motions);
         }

@@ -23,7 +23,7 @@ impl Session {
         let still = self.standstill().min(self.kept.borrow().log.rows.len());
         if self.config().travel_limit_rad.is_none() && !self.kept.borrow().stands(still) {
             // A shaft that turns on from before would go the same way under both voltages.
-            self.catch(progress)?;
+            self.catch(false, progress)?;
             self.command(Command::Arm)?;
         }
         let budget_ms = (budget_s * 1000.0).round() as u32;
@@ -72,15 +72,15 @@ impl Session {
     /// caught.
     pub(super) fn store(&mut self, progress: &mut Listener) -> Performed {
         if !self.coast(self.standstill(), 1, progress)? {
-            self.catch(progress)?;
+            self.catch(true, progress)?;
         }
         self.client.save(&mut |message| self.kept.borrow_mut().take(message))?;
         Ok(Done::Stored)
     }
 
-    /// Brakes a shaft that turns, and opens the bridge. What a load drives on slowly is held by loops that know their motor: it stands
-    /// then, and not much later. How long that took, s.
-    pub fn catch(&mut self, progress: &mut Listener) -> Result<f64, InputError> {
+    /// Brakes a shaft that turns, and opens the bridge. What a load drives on slowly may be held by loops that know their motor: it
+    /// stands then, and not much later. How long that took, s.
+    pub fn catch(&mut self, holds: bool, progress: &mut Listener) -> Result<f64, InputError> {
         let begun = self.command(Command::Arm)?;
         // No voltage at a driven bridge is a shorted winding and needs no loop. Between end stops only the loops may drive.
         self.command(match self.config().travel_limit_rad {
@@ -88,9 +88,10 @@ impl Session {
             Some(_) => Command::Position(self.here()),
         })?;
         self.coast(self.standstill(), 1, progress)?;
-        self.command(Command::Position(self.here())).ok();
         // The servo stores only if no count at all has passed for a while.
-        self.coast(2 * self.standstill(), 0, progress)?;
+        if holds && self.command(Command::Position(self.here())).is_ok() {
+            self.coast(2 * self.standstill(), 0, progress)?;
+        }
         Ok(f64::from(self.command(Command::Stop)? - begun) / f64::from(self.config().tick_hz))
     }
 
