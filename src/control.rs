@@ -18,7 +18,6 @@
 //! about [`INTEGRAL_SHARE`]·ω_c. Conditional integration: K. J. Åström, T. Hägglund, *Advanced PID Control*, ISA 2006,
 //! sec. 3.5.
 
-use crate::compensate::modelled::{LoadFriction, Modelled};
 use crate::encoder::Motor;
 pub use crate::units::LAG_FRAC;
 use crate::units::{
@@ -169,19 +168,17 @@ struct Ahead {
     late: u16,
     /// The lag, control ticks, Q4.
     lag: u16,
-    geared: LoadFriction,
     /// What the high pass of both makes of the acceleration: its gain, Q4, and the way of its low pass in a tick, Q30.
     gain: i32,
     step: i32,
 }
 
 impl Ahead {
-    fn new(late: u16, modelled: Modelled) -> Self {
-        let Modelled { lag, load_friction } = modelled;
+    fn new(late: u16, lag: u16) -> Self {
         let both = u32::from(late).wrapping_add(u32::from(lag));
         let gain = both.clamp(1, MOST_GAIN);
         let step = low_pass_step(both.wrapping_mul(ONE_TICK) / gain);
-        Self { late, lag, geared: LoadFriction::new(load_friction), gain: gain as i32, step }
+        Self { late, lag, gain: gain as i32, step }
     }
 }
 
@@ -206,7 +203,7 @@ impl State {
     /// Of an axis whose duty acts so many ticks behind its sample.
     pub fn new(delay_ticks: u8) -> Self {
         let late = (u16::from(delay_ticks) << LAG_FRAC).wrapping_add(HALF_TICK);
-        Self { ahead: Ahead::new(late, Modelled::default()), ..Self::default() }
+        Self { ahead: Ahead::new(late, 0), ..Self::default() }
     }
 
     /// The reference's speed when the duty acts.
@@ -238,22 +235,16 @@ impl State {
         *self = Self { ahead: self.ahead, ..Self::default() };
     }
 
-    /// This is known of the motor from now on.
-    pub fn take(&mut self, modelled: Modelled) {
-        self.ahead = Ahead::new(self.ahead.late, modelled);
+    /// This is the motor's lag from now on, control ticks, Q4.
+    pub fn take(&mut self, lag: u16) {
+        self.ahead = Ahead::new(self.ahead.late, lag);
         self.lagging = LowPass::default();
     }
 
     /// What [`State::take`] was told.
     #[must_use]
-    pub fn modelled(&self) -> Modelled {
-        Modelled { lag: self.ahead.lag, load_friction: self.ahead.geared.share() }
-    }
-
-    /// The friction that grows with the torque.
-    #[inline]
-    pub(crate) fn geared(&self) -> LoadFriction {
-        self.ahead.geared
+    pub fn lag(&self) -> u16 {
+        self.ahead.lag
     }
 
     /// The reference rests: nothing is kept back any more.

@@ -147,7 +147,8 @@ impl State {
         }
         self.voltage = loops.speed_loop(&mut self.control, reference, wanted, self.encoder.speed());
         let integrated = if reference.rests() {
-            loops.at_rest(&mut self.control, error, self.design.sticks())
+            let sticks = self.design.sticks() || self.load.friction_share() > 0;
+            loops.at_rest(&mut self.control, error, sticks)
         } else {
             loops.in_motion(&mut self.control);
             error

@@ -13,7 +13,7 @@ use crate::identify::estimate::{GAIN_FRAC, TIME_FRAC};
 use crate::motion::trajectory::Limits;
 use crate::protect::Expectation;
 use crate::record::Source;
-use crate::units::{Speed, Voltage, to_fixed};
+use crate::units::{Speed, Voltage, mul_shift_within, to_fixed};
 
 /// Time constant when neither hint nor estimate is there, s: the middle of small geared motors. The loops then stay
 /// closed to motion commands; only the observer runs with it.
@@ -145,10 +145,15 @@ impl Design {
         self.sign == SignSource::Current
     }
 
-    /// What the drive leaves of a terminal voltage; friction takes its part behind the winding.
+    /// What the drive leaves of a terminal voltage; friction, this share of the widths beside an input dead zone, Q16, takes its part behind
+    /// the winding.
     #[must_use]
-    pub fn at_winding(&self, terminal: Voltage) -> Voltage {
-        if self.input_dead_zone() { self.dead_zone.forward(terminal) } else { terminal }
+    pub fn at_winding(&self, terminal: Voltage, friction: u16) -> Voltage {
+        if !self.input_dead_zone() {
+            return terminal;
+        }
+        let left = self.dead_zone.forward(terminal);
+        left.plus(Voltage(mul_shift_within(terminal.minus(left).0, friction.into(), 16)))
     }
 
     /// What the dead zone leaves of a terminal voltage while the shaft turns at `speed`.

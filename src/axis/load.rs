@@ -6,11 +6,11 @@
 //! Once counts may have been lost none acts. A constant without sines is the same everywhere, and always acts.
 
 use super::{Axis, Refusal, State};
-use crate::compensate::modelled::Modelled;
+use crate::compensate::modelled::{Modelled, Told};
 use crate::compensate::position_load::{PositionLoad, Step};
 use crate::units::{Voltage, VoltageQ14};
 
-/// The load over the place.
+/// The load over the place, and what a model tells.
 #[derive(Clone, Copy, Debug, Default)]
 pub(crate) struct Load {
     /// What holds it here, now.
@@ -26,6 +26,15 @@ pub(crate) struct Load {
     place: Option<i32>,
     step: Step,
     table: PositionLoad,
+    /// What a model tells the compensator; `None`: nothing.
+    pub(super) told: Option<Told>,
+}
+
+impl Load {
+    /// Friction's share of a dead zone that is mostly something else, Q16.
+    pub(super) fn friction_share(&self) -> u16 {
+        self.told.map_or(0, |told| told.dry.share)
+    }
 }
 
 impl Load {

@@ -361,7 +361,7 @@ impl Axis {
             holding: state.holding || state.search.as_ref().is_some_and(Search::leans),
             endless: state.mode.is_endless(),
             commissioning: matches!(state.mode, Mode::Commission(_)),
-            winding: design.at_winding(averages.voltage.unwrap_or_default()),
+            winding: design.at_winding(averages.voltage.unwrap_or_default(), state.load.friction_share()),
             input_dead_zone: design.input_dead_zone(),
         };
         self.protect.look(&mut state.protect, &design.expectation, &input);
@@ -513,16 +513,12 @@ impl Axis {
         };
         // Before the inverse: the push through an input dead zone has the sign of the sum.
         let linear = demand.voltage.plus(state.load.voltage);
-        let compensator = state.compensation.then_some(&state.design.compensator);
-        let rests = state.reference.rests();
-        let geared = state.control.geared();
-        let wanted = compensator.map_or(linear, |inverse| {
-            let wanted = inverse.apply(linear, towards, rests);
-            match towards.filter(|_| !rests && geared.share() > 0) {
-                Some(steady) => wanted.plus(geared.push(wanted.minus(steady), steady.0 >= 0)),
-                None => wanted,
-            }
-        });
+        let (compensator, rests) = (&state.design.compensator, state.reference.rests());
+        let wanted = match (towards, &state.load.told) {
+            _ if !state.compensation => linear,
+            (Some(towards), Some(told)) => compensator.apply_told(told, linear, towards, rests),
+            _ => compensator.apply(linear, towards, rests),
+        };
         let (terminal, limit) = self.clip(state, wanted, state.design.saturation);
         state.limit = limit;
         if let Some(error) = error {

@@ -6,7 +6,7 @@ use super::last_trusted::LastTrusted;
 use super::load::Load;
 use crate::axis::design::{self, Design};
 use crate::commission::{self, Outcome, Request};
-use crate::compensate::modelled::Modelled;
+use crate::compensate::modelled::{Modelled, Told};
 use crate::control::{self, Reference};
 use crate::encoder;
 use crate::identify::estimate::{Estimates, Reason};
@@ -244,8 +244,15 @@ impl Axis {
 impl State {
     /// This is known of the motor from now on.
     pub(super) fn take(&mut self, modelled: Modelled) {
-        self.control.take(modelled);
+        self.control.take(modelled.lag);
+        self.load.told = Some(modelled.told()).filter(|told| *told != Told::default());
         self.design.observer.lag(u32::from(modelled.lag));
+    }
+
+    /// What [`State::take`] was told.
+    pub(super) fn modelled(&self) -> Modelled {
+        let Told { load_friction, over_speed, dry } = self.load.told.unwrap_or_default();
+        Modelled { lag: self.control.lag(), load_friction: load_friction.share(), over_speed, dry }
     }
 
     /// The loops are to use what is known now, as far as it is trusted.

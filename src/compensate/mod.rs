@@ -17,7 +17,8 @@
 //! Its compensation follows the reference speed and, while the reference rests, the way to the target by the counter:
 //! both are free of noise. A *voltage drop* (brushes, switches, dead time) acts on the sign of the current, which is that of
 //! the voltage beyond the back-EMF: `u = e + inverse(v − e)`. Nearly all that a motor takes for its speed is back-EMF, so e is the
-//! steady voltage of the reference speed.
+//! steady voltage of the reference speed. Where a model tells that friction is a part of what a commissioning has found as one number, each
+//! part is compensated with its own sign ([`modelled::DryFriction`]).
 //!
 //! ```
 //! use servo::compensate::{DeadZone, Smoothing};
@@ -38,6 +39,7 @@ pub mod modelled;
 pub mod position_load;
 
 use crate::units::{Voltage, mul_shift_within, to_fixed};
+use modelled::Told;
 
 /// The width ε of the smooth part.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -224,6 +226,42 @@ impl Compensator {
         let push = self.dead_zone.push(sign_of);
         // Not a field: every byte of it would be cleared in the tick of a new configuration.
         let at_rest = if self.sign == SignSource::Reference { FRICTION_AT_REST } else { INPUT_AT_REST };
-        linear.plus(if rests { Voltage(mul_shift_within(push.0, at_rest, SHARE_BITS)) } else { push })
+        linear.plus(if rests { part(push, at_rest) } else { push })
     }
+
+    /// The same beside all that a model tells: what speed takes beyond the linear motor; then friction's share of the widths, which follows the
+    /// motion and grows near standstill; before it, for it is the first that the command meets, what the drive swallows; and around all
+    /// of it friction that grows with the torque.
+    #[must_use]
+    #[cold]
+    #[inline(never)]
+    pub fn apply_told(&self, told: &Told, linear: Voltage, towards: Voltage, rests: bool) -> Voltage {
+        let Told { load_friction, over_speed, dry } = *told;
+        let friction = if self.sign == SignSource::Reference { ONE } else { dry.share.into() };
+        let swallowed = ONE.saturating_sub(friction);
+        let [friction, swallowed] = if rests {
+            [(friction, FRICTION_AT_REST), (swallowed, INPUT_AT_REST)].map(|(of, kappa)| share_of(of, kappa))
+        } else {
+            [friction.saturating_add(dry.excess(towards)), swallowed]
+        };
+        let beyond = if rests { Voltage::ZERO } else { over_speed.beyond(towards) };
+        let moved = linear.plus(beyond).plus(part(self.dead_zone.push(towards), friction));
+        let sign_of = if self.sign == SignSource::Current { moved.minus(towards) } else { moved };
+        let wanted = moved.plus(part(self.dead_zone.push(sign_of), swallowed));
+        if rests { wanted } else { wanted.plus(load_friction.push(wanted.minus(towards), towards.0 >= 0)) }
+    }
+}
+
+/// All of it.
+const ONE: i32 = 1 << SHARE_BITS;
+
+/// This share of it, Q16.
+#[inline]
+fn part(of: Voltage, share: i32) -> Voltage {
+    Voltage(share_of(of.0, share))
+}
+
+#[inline]
+fn share_of(of: i32, share: i32) -> i32 {
+    mul_shift_within(of, share, SHARE_BITS)
 }

@@ -1,61 +1,271 @@
-//! What a model tells of the motor and no commissioning finds: its lag, and friction that grows with the torque. The lag is fed forward
-//! by [`crate::control`].
+//! What a model tells of the motor and no commissioning finds: its lag, friction that grows with the torque, what speed takes beyond
+//! the linear motor, and how the dead zone is made up. The lag is fed forward by [`crate::control`].
 
-use crate::units::{ONE_TICK, Voltage, mul_shift_within};
-use serde::{Deserialize, Serialize};
+use crate::config::Config;
+use crate::units::{ONE_TICK, Voltage, limited, mul_shift_within, to_fixed};
+use core::fmt;
+use serde::de::{SeqAccess, Visitor};
+use serde::ser::SerializeTuple;
+use serde::{Deserialize, Deserializer, Serialize, Serializer};
 
 /// Fraction bits of a share.
 const ONE_BITS: u32 = 16;
 const ONE: f32 = (1u32 << ONE_BITS) as f32;
+/// Numbers of [`Modelled`].
+pub const NUMBERS: usize = 7;
+const SKEW: usize = 2;
+/// Key, name and unit of each, in the order of [`Modelled::values`].
+pub const NAMES: [[&str; 3]; NUMBERS] = [
+    ["lag_s", "lag", "s"],
+    ["load_friction", "friction per torque", "1"],
+    ["viscous_skew", "viscous skew", "1"],
+    ["drag_per_v", "drag", "1/V"],
+    ["friction_share", "friction in the dead zone", "1"],
+    ["breakaway", "breakaway", "1"],
+    ["stribeck_v", "Stribeck voltage", "V"],
+];
 
-/// What a model tells of the motor and no commissioning finds. Stored and sent as one number, the lag in its lower half.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize)]
-#[serde(from = "u32", into = "u32")]
+/// What a model tells of the motor and no commissioning finds. Stored and sent as a number of 16 bits a part, the first part in the lowest
+/// ones, and where something is known of dry friction, which a free bit of the first number then tells, a second one.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modelled {
     /// The smaller time constant of the motor: what winding, drive and delay keep back of the acceleration. Control ticks, Q4, up to
     /// 4095 ticks; 0: none is known.
     pub lag: u16,
     /// Share of the motor's torque that friction takes, Q16, at most [`LoadFriction::MOST`].
     pub load_friction: u16,
+    /// What speed takes beyond the linear motor.
+    pub over_speed: OverSpeed,
+    /// How the dead zone is made up.
+    pub dry: DryFriction,
+}
+
+/// What of it the compensator takes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct Told {
+    /// Friction that grows with the torque.
+    pub load_friction: LoadFriction,
+    /// What speed takes beyond the linear motor.
+    pub over_speed: OverSpeed,
+    /// How the dead zone is made up.
+    pub dry: DryFriction,
 }
 
 impl Modelled {
-    /// With this lag, s, and this share of the torque, 0 … 0.25, where one is given; `None`: it is beyond what can be.
+    /// What the compensator takes of it.
     #[must_use]
-    pub fn with(self, told: [Option<f32>; 2], tick_hz: u32) -> Option<Self> {
-        let ones = [tick_hz as f32 * ONE_TICK as f32, ONE];
-        let most = [u16::MAX, LoadFriction::MOST];
-        let mut both = [self.lag, self.load_friction];
-        for (at, value) in told.into_iter().enumerate().filter_map(|(at, of)| Some((at, of?))) {
-            let rounded = value * ones[at] + 0.5;
-            both[at] = (0.5..most[at] as f32 + 1.0).contains(&rounded).then_some(rounded as u16)?;
-        }
-        Some(Self { lag: both[0], load_friction: both[1] })
+    pub fn told(&self) -> Told {
+        let Self { load_friction, over_speed, dry, .. } = *self;
+        Told { load_friction: LoadFriction::new(load_friction), over_speed, dry }
+    }
+
+    /// With another value of one of the numbers, as [`Modelled::values`] has them; `None`: it is beyond [`Modelled::most`], or negative and
+    /// no skew.
+    #[must_use]
+    pub fn with(self, at: usize, value: f32, config: &Config) -> Option<Self> {
+        let (mut all, most) = (self.numbers(), *Self::MOST.get(at)?);
+        let low = if at == SKEW { -most } else { 0.0 };
+        let number = value * Self::ones(config)[at];
+        all[at] = (low..most + 0.5).contains(&number).then(|| to_fixed(number, 0))?;
+        let part = |at: usize| all[at] as u16;
+        Some(Self {
+            lag: part(0),
+            load_friction: part(1),
+            over_speed: OverSpeed { skew: all[SKEW] as i16, drag: part(3) },
+            dry: DryFriction { share: part(4), breakaway: part(5), stribeck: part(6) },
+        })
+    }
+
+    /// The largest of each.
+    const MOST: [f32; NUMBERS] = {
+        let most = u16::MAX as f32;
+        [most, LoadFriction::MOST as f32, i16::MAX as f32, most, most, most, most]
+    };
+
+    /// The largest magnitudes of [`Modelled::values`]: 4095 ticks, a quarter, a half, twice the inverse of the supply, one, sixteen, the
+    /// supply.
+    #[must_use]
+    pub fn most(config: &Config) -> [f32; NUMBERS] {
+        let ones = Self::ones(config);
+        core::array::from_fn(|at| Self::MOST[at] / ones[at])
     }
 
     /// Is a number apart by more than a tenth?
     #[must_use]
     pub fn differs(&self, other: &Self) -> bool {
-        let apart = |a: u16, b: u16| a.abs_diff(b) > a.max(b) / 10;
-        apart(self.lag, other.lag) || apart(self.load_friction, other.load_friction)
+        let apart = |(a, b): (i32, i32)| a.abs_diff(b) > a.unsigned_abs().max(b.unsigned_abs()) / 10;
+        self.numbers().into_iter().zip(other.numbers()).any(apart)
     }
 
-    /// Lag in s, and share of the torque.
+    /// Lag in s, share of the torque, skew, drag in 1/V, share of the friction, breakaway, and its voltage in V.
     #[must_use]
-    pub fn values(&self, tick_hz: u32) -> [f32; 2] {
-        [self.lag as f32 / ONE_TICK as f32 / tick_hz as f32, self.load_friction as f32 / ONE]
+    pub fn values(&self, config: &Config) -> [f32; NUMBERS] {
+        let (numbers, ones) = (self.numbers(), Self::ones(config));
+        core::array::from_fn(|at| numbers[at] as f32 / ones[at])
+    }
+
+    fn numbers(&self) -> [i32; NUMBERS] {
+        let Self { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry } = *self;
+        let DryFriction { share, breakaway, stribeck } = dry;
+        let [lag, load_friction, drag, share] = [lag, load_friction, drag, share].map(i32::from);
+        [lag, load_friction, skew.into(), drag, share, breakaway.into(), stribeck.into()]
+    }
+
+    /// What one of each unit is in the numbers.
+    fn ones(config: &Config) -> [f32; NUMBERS] {
+        let supply = config.supply_nominal_v;
+        let drag = (1u32 << OverSpeed::DRAG_BITS) as f32 * supply;
+        let breakaway = (1u32 << DryFriction::BREAKAWAY_BITS) as f32;
+        [config.tick_hz as f32 * ONE_TICK as f32, ONE, ONE, drag, ONE, breakaway, ONE / supply]
     }
 }
 
-impl From<u32> for Modelled {
-    fn from(both: u32) -> Self {
-        Self { lag: both as u16, load_friction: (both >> u16::BITS) as u16 }
+/// Bit of the first number: a second one follows. Of the share beside it a quarter is the most.
+const MORE: u64 = 1 << 31;
+
+impl From<[u64; 2]> for Modelled {
+    fn from([first, second]: [u64; 2]) -> Self {
+        Self {
+            lag: first as u16,
+            load_friction: ((first & !MORE) >> 16) as u16,
+            over_speed: OverSpeed { skew: (first >> 32) as i16, drag: (first >> 48) as u16 },
+            dry: DryFriction {
+                share: second as u16,
+                breakaway: (second >> 16) as u16,
+                stribeck: (second >> 32) as u16,
+            },
+        }
     }
 }
 
-impl From<Modelled> for u32 {
+impl From<Modelled> for [u64; 2] {
     fn from(it: Modelled) -> Self {
-        u32::from(it.load_friction) << u16::BITS | u32::from(it.lag)
+        let Modelled { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry } = it;
+        let DryFriction { share, breakaway, stribeck } = dry;
+        let upper = u64::from(drag) << 48 | u64::from(skew as u16) << 32;
+        let first = upper | u64::from(load_friction) << 16 & !MORE | u64::from(lag);
+        let second = u64::from(stribeck) << 32 | u64::from(breakaway) << 16 | u64::from(share);
+        [if second == 0 { first } else { first | MORE }, second]
+    }
+}
+
+impl Serialize for Modelled {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let [first, second] = (*self).into();
+        let mut numbers = serializer.serialize_tuple(if second == 0 { 1 } else { 2 })?;
+        numbers.serialize_element(&first)?;
+        if second != 0 {
+            numbers.serialize_element(&second)?;
+        }
+        numbers.end()
+    }
+}
+
+impl<'de> Deserialize<'de> for Modelled {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_tuple(2, Numbers)
+    }
+}
+
+/// Takes the second number where the first one tells that there is one.
+struct Numbers;
+
+impl<'de> Visitor<'de> for Numbers {
+    type Value = Modelled;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
+        formatter.write_str("one number, or two")
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Modelled, A::Error> {
+        let first = numbers.next_element()?.unwrap_or(0);
+        let second = if first & MORE != 0 { numbers.next_element()?.unwrap_or(0) } else { 0 };
+        Ok([first, second].into())
+    }
+}
+
+/// What speed takes beyond the linear motor: viscous friction that differs between the directions, and drag that grows with the square.
+/// With the steady voltage e of the reference's speed it is the voltage
+///
+/// ```text
+/// v = |e|·(skew + drag·e)         skew = (b₊ − b₋)/(b₊ + b₋), b±: damping with back-EMF in a direction
+/// ```
+///
+/// beyond e. It follows the reference alone, so a wrong one is a bounded disturbance, at most half of e, and cannot make the loops unstable.
+///
+/// Viscous friction of each direction: A. Janot, M. Gautier, M. Brunot, *Data Set and Reference Models of EMPS*, 2019; drag: R. W. Fox,
+/// A. T. McDonald, *Introduction to Fluid Mechanics*, Wiley 2011.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct OverSpeed {
+    /// By which share the forward direction takes more than the mean of both, and the other one less. Q16.
+    pub skew: i16,
+    /// Share of e by which drag grows, for an e of the nominal supply. Q15, up to 2.
+    pub drag: u16,
+}
+
+impl OverSpeed {
+    /// Fraction bits of the drag.
+    const DRAG_BITS: u32 = 15;
+    /// The largest share of e, a half, Q16. Chosen by judgement; not studied.
+    const MOST: i32 = 1 << (ONE_BITS - 1);
+
+    /// What the reference's speed takes beyond its steady voltage in the linear motor.
+    #[must_use]
+    #[inline]
+    pub fn beyond(self, steady: Voltage) -> Voltage {
+        const TO_SHARE: u32 = Voltage::BITS + OverSpeed::DRAG_BITS - ONE_BITS;
+        if self == Self::default() {
+            return Voltage::ZERO;
+        }
+        let drag = mul_shift_within(steady.0, self.drag.into(), TO_SHARE);
+        let share = limited(drag.saturating_add(self.skew.into()), Self::MOST);
+        Voltage(mul_shift_within(steady.0.saturating_abs(), share, ONE_BITS))
+    }
+}
+
+/// How the dead zone is made up where a model tells more than the one mechanism of [`crate::identify::estimate::Estimates`]: which share of
+/// its widths is friction, with the sign of the motion, beside what the drive swallows, with that of command or current; and by how much
+/// friction grows near standstill. With the steady voltage e of the reference's speed, friction takes
+///
+/// ```text
+/// width·(share + breakaway·g)        g = (1 − (e/4·stribeck)²)¹⁶ ≈ exp(−(e/stribeck)²), off by at most 0.02
+/// ```
+///
+/// B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, *Automatica* 30(7), 1994.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
+pub struct DryFriction {
+    /// Friction's share of the widths, Q16, where the mechanism is an input dead zone or a voltage drop; 0: none. Where it is friction, all
+    /// of them are.
+    pub share: u16,
+    /// By how much friction at breakaway exceeds that in motion, in widths, Q12, up to 16.
+    pub breakaway: u16,
+    /// e at which the rest of that is 1/e, nominal supplies, Q16; 0: friction is the same at every speed.
+    pub stribeck: u16,
+}
+
+impl DryFriction {
+    const BREAKAWAY_BITS: u32 = 12;
+    /// The most that friction near standstill adds, one and a half widths. Chosen by judgement; not studied.
+    const MOST: i32 = 3 << (ONE_BITS - 1);
+
+    /// By how many widths friction exceeds its share at this steady voltage, Q16.
+    #[must_use]
+    #[inline]
+    pub fn excess(self, steady: Voltage) -> i32 {
+        const ONE: i32 = 1 << 15;
+        // Four times it has two more bits. Below it 2⁹ e stays below 2³²: an image that divides 64 bits is 900 bytes larger.
+        let (e, reach) =
+            (steady.0.unsigned_abs(), u32::from(self.stribeck) << (Voltage::BITS - ONE_BITS + 2));
+        if self.breakaway == 0 || e >= reach {
+            return 0;
+        }
+        let way = (e << 9).checked_div(self.stribeck.into()).unwrap_or(0) as i32;
+        let mut left = ONE.saturating_sub(mul_shift_within(way, way, 15));
+        for _ in 0..4 {
+            left = mul_shift_within(left, left, 15);
+        }
+        let widths = mul_shift_within(left, self.breakaway.into(), 15 + Self::BREAKAWAY_BITS - ONE_BITS);
+        widths.min(Self::MOST)
     }
 }
 

@@ -80,7 +80,7 @@ pub(super) fn axis(layout: u16, rest: &mut &[u8]) -> Option<Option<AxisParameter
         1..=4 => PositionLoad::default(),
         _ => take(rest)?,
     };
-    // Layout 6 came with the lag.
+    // Layout 6 came with the lag; what came later stands in upper bits of the same number, and behind it.
     let modelled = if layout > 5 { take(rest)? } else { Modelled::default() };
     Some(Some(AxisParameters {
         config,

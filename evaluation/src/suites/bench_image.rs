@@ -6,7 +6,7 @@ use evaluation::Results;
 use trials::counts;
 
 /// Subject → arithmetic, what it delivers.
-const WHAT: [(&str, &str, &str); 10] = [
+const WHAT: [(&str, &str, &str); 11] = [
     ("loop, commissioning", "i32, i64", "the whole tick of an axis while it identifies"),
     (
         "identifier, learning",
@@ -15,6 +15,7 @@ const WHAT: [(&str, &str, &str); 10] = [
     ),
     ("loop, tracking", "i32, i64", "the whole tick of an axis that follows a sine"),
     ("identifier, listening", "i32, i64", "the same regression, in ordinary motion"),
+    ("compensator, told", "i32, i64", "the same, with all that a model tells"),
     ("compensator", "i32, i64", "inverse dead zone, asymmetric, smooth"),
     (
         "flight-solver RlsParallel, 4 parameters",

@@ -87,7 +87,8 @@ pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
     let spec = Spec { evaluation: true, ..Spec::new(SETS[arguments.effects.min(3)]) };
     let hides = |case: &Case| {
-        arguments.hidden.as_ref().is_none_or(|name| case.answer.hidden.iter().any(|it| it.name == *name))
+        let hides = |name: &str| case.answer.hidden.iter().any(|it| it.name == name);
+        arguments.hidden.as_ref().is_none_or(|names| names.split(',').all(hides))
     };
     let seeds: Vec<u32> = (arguments.first..)
         .filter(|&seed| {

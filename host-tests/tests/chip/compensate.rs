@@ -1,7 +1,7 @@
 //! The dead zone's model and inverse are one another's inverse, and the compensator keeps its promises.
 
 use proptest::prelude::*;
-use servo::compensate::modelled::LoadFriction;
+use servo::compensate::modelled::{DryFriction, LoadFriction, OverSpeed, Told};
 use servo::compensate::{Compensator, DeadZone, KAPPA_FRICTION, KAPPA_INPUT, SignSource, Smoothing};
 use servo::units::Voltage;
 
@@ -108,6 +108,78 @@ fn friction_that_grows_with_the_torque_is_made_up_for() {
     }
     assert_eq!(LoadFriction::new(u16::MAX).share(), LoadFriction::MOST);
     assert_eq!(LoadFriction::default().push(volts(2.0), true), Voltage::ZERO);
+}
+
+/// By hand: |e|·(skew + drag·e), never more than half of e.
+#[test]
+fn what_speed_takes_is_added_with_its_sign() {
+    let over_speed = OverSpeed { skew: -6_554, drag: (0.02 * 12.0 * 32_768.0) as u16 };
+    for e in [-9.0f64, -2.0, -0.01, 0.0, 0.5, 3.0, 11.0] {
+        let expected = e.abs() * (-0.1 + 0.02 * e).clamp(-0.5, 0.5);
+        let added = in_volts(over_speed.beyond(volts(e)));
+        assert!((added - expected).abs() < 1e-3, "{e}: {added} V, {expected} V");
+    }
+    for wildest in
+        [OverSpeed { skew: i16::MAX, drag: u16::MAX }, OverSpeed { skew: i16::MIN, drag: u16::MAX }]
+    {
+        for e in [-30.0, -4.0, 4.0, 30.0] {
+            assert!(in_volts(wildest.beyond(volts(e))).abs() <= 0.5 * f64::abs(e) + 1e-3);
+        }
+    }
+    assert_eq!(OverSpeed::default().beyond(volts(7.0)), Voltage::ZERO);
+}
+
+/// By hand, 1.2 V of which 0.4 are friction: beside an input dead zone, beside a voltage drop, and alone.
+#[test]
+fn friction_beside_another_part_is_pushed_with_the_sign_of_the_motion() {
+    let told = Told { dry: DryFriction { share: 21_845, ..DryFriction::default() }, ..Told::default() };
+    let compensator = |sign| Compensator::new(volts(1.2), volts(1.2), sign, Smoothing::NARROWEST);
+    let terminal = |sign, wanted: f64, towards: f64, rests| {
+        in_volts(compensator(sign).apply_told(&told, volts(wanted), volts(towards), rests))
+    };
+    // Braking forward: friction helps forward, the drive swallows what is negative, and the current is.
+    for (sign, wanted, towards, expected) in [
+        (SignSource::Command, -0.9, 3.0, -0.9 + 0.4 - 0.8),
+        (SignSource::Command, -0.1, 3.0, -0.1 + 0.4 + 0.8),
+        (SignSource::Current, 2.0, 3.0, 2.0 + 0.4 - 0.8),
+        (SignSource::Current, 2.9, 3.0, 2.9 + 0.4 + 0.8),
+        (SignSource::Reference, -0.9, 3.0, -0.9 + 1.2),
+    ] {
+        let got = terminal(sign, wanted, towards, false);
+        assert!((got - expected).abs() < 2e-3, "{sign:?}, {wanted} V: {got} V, {expected} V");
+    }
+    let at_rest = 0.5 + f64::from(KAPPA_FRICTION) * 0.4 + f64::from(KAPPA_INPUT) * 0.8;
+    assert!((terminal(SignSource::Command, 0.5, 12.0, true) - at_rest).abs() < 2e-3);
+}
+
+/// What a model tells of nothing changes nothing.
+#[test]
+fn nothing_told_is_the_plain_compensator() {
+    for sign in [SignSource::Reference, SignSource::Command, SignSource::Current] {
+        let compensator = Compensator::new(volts(1.2), volts(0.8), sign, Smoothing::WIDEST);
+        for (wanted, towards, rests) in
+            [(2.0, 1.5, false), (-0.3, 1.5, false), (0.05, -2.0, false), (0.4, 12.0, true)]
+        {
+            let (wanted, towards) = (volts(wanted), volts(towards));
+            let plain = compensator.apply(wanted, Some(towards), rests);
+            assert_eq!(compensator.apply_told(&Told::default(), wanted, towards, rests), plain, "{sign:?}");
+        }
+    }
+}
+
+/// The bell of the module against the exponential function of the source; at rest, which is far away, there is none.
+#[test]
+fn friction_near_standstill_follows_stribecks_curve() {
+    let dry = DryFriction { share: 0, breakaway: 3_000, stribeck: 1_000 };
+    let (more, half) = (3_000.0 / 4_096.0, 12.0 * 1_000.0 / 65_536.0);
+    for e in [0.0f64, 0.02, -0.05, 0.1, 0.18, -0.3, 0.5, 0.72, 0.8, -3.0] {
+        let expected = more * (-(e / half) * (e / half)).exp();
+        let got = f64::from(dry.excess(volts(e))) / 65_536.0;
+        assert!((got - expected).abs() < 0.02 * more, "{e} V: {got}, {expected}");
+    }
+    let wildest = DryFriction { share: u16::MAX, breakaway: u16::MAX, stribeck: u16::MAX };
+    let widths: Vec<i32> = (-30..=30).map(|e| wildest.excess(volts(f64::from(e)))).collect();
+    assert!(widths.iter().all(|width| (0..=98_304).contains(width)), "{widths:?}");
 }
 
 #[test]

@@ -14,6 +14,7 @@ mod identify_passive;
 mod imperfections;
 mod injected;
 mod limits;
+mod modelled;
 mod position_load;
 mod rates;
 mod record;

@@ -10,7 +10,7 @@ use truing::device::motor::{Builtin, Drive, Motor, Reading};
 use truing::device::session::{Profile, SessionResult, Start, Task};
 use truing::improve::commands::improve::undone;
 use truing::improve::history::{self, Entry};
-use truing::improve::improving;
+use truing::improve::improving::{self, Improved};
 use truing::text::input_error::InputError;
 
 /// A weight of 1.5 V and a friction of 1 V at the winding: Kt/R is 0.045 N m/V.
@@ -38,6 +38,18 @@ fn held(outside: &Outside) -> Held {
 fn beside(effects: &str, outside: &Outside) -> Held {
     let motor = Builtin::new(&motor(effects), &config(), 3);
     Held::new(HostServo::power_up(Box::new(motor), config(), outside), outside)
+}
+
+/// What the loop makes of a motor with these effects, which it stores; the constant of its table, V.
+fn improved(effects: &str) -> (f64, Improved) {
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let budgeted = improving::Job { budget_s: 120.0, ..job(None, folder.path()) };
+    let found = improving::run(bench(beside(effects, &outside)), budgeted, &mut |text| println!("{text}"))
+        .expect("an end");
+    assert!(found.improved, "{}", found.why);
+    assert_eq!(bits(found.in_force), bits(*outside.stored.borrow()));
+    let volt = 32_768.0 / f64::from(config().supply_nominal_v);
+    (f64::from(found.in_force.expect("a set").position_load.constant()) / volt, found)
 }
 
 #[test]
@@ -69,14 +81,8 @@ fn a_motor_with_gravity_and_friction_follows_several_times_better() {
 /// The drive adds 0.5 V to every command: the loops get the table's constant for it, and both sides of the friction stay alike.
 #[test]
 fn an_offset_beside_friction_is_held_by_the_constant_of_the_table() {
-    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
-    let effects = "[known.coulomb_friction]\nlevel_nm = 0.045\n[known.voltage_offset]\noffset_v = 0.5\n";
-    let budgeted = improving::Job { budget_s: 120.0, ..job(None, folder.path()) };
-    let found = improving::run(bench(beside(effects, &outside)), budgeted, &mut |text| println!("{text}"))
-        .expect("an end");
-    assert!(found.improved, "{}", found.why);
-    let volt = 32_768.0 / f64::from(config().supply_nominal_v);
-    let constant = f64::from(found.in_force.expect("a set").position_load.constant()) / volt;
+    let (constant, _) =
+        improved("[known.coulomb_friction]\nlevel_nm = 0.045\n[known.voltage_offset]\noffset_v = 0.5\n");
     assert!((constant + 0.5).abs() < 0.05, "{constant} V");
 }
 
@@ -84,16 +90,20 @@ fn an_offset_beside_friction_is_held_by_the_constant_of_the_table() {
 /// held while the servo stores.
 #[test]
 fn a_shaft_that_a_load_drives_away_is_caught_and_follows() {
-    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
-    let effects = "[known.constant_load]\ntorque_nm = 0.0225\n";
-    let budgeted = improving::Job { budget_s: 120.0, ..job(None, folder.path()) };
-    let found = improving::run(bench(beside(effects, &outside)), budgeted, &mut |text| println!("{text}"))
-        .expect("an end");
-    assert!(found.improved, "{}", found.why);
-    let volt = 32_768.0 / f64::from(config().supply_nominal_v);
-    let constant = f64::from(found.in_force.expect("a set").position_load.constant()) / volt;
+    let (constant, _) = improved("[known.constant_load]\ntorque_nm = 0.0225\n");
     assert!((constant.abs() - 0.5).abs() < 0.05, "{constant} V");
-    assert_eq!(bits(found.in_force), bits(*outside.stored.borrow()));
+}
+
+/// 0.1 V/rad beside friction, from a rest angle some turns away.
+#[test]
+fn a_spring_beside_friction_is_held_by_a_sine_of_many_turns() {
+    let (_, found) = improved(
+        "[known.coulomb_friction]\nlevel_nm = 0.045\n[known.torsional_spring]\nstiffness_nm_per_rad = 0.0045\nrest_rad = 4.0\n",
+    );
+    let first = found.entries.iter().find(|entry| entry.kept).expect("an entry");
+    for it in &first.trial.as_ref().expect("a trial").motions {
+        assert!(it.ratio.low > 2.0, "{} {}", it.motion.name, it.ratio.text());
+    }
 }
 
 /// What it takes to turn against a load is no dead zone: where the other direction takes less than nothing, neither is trusted.

@@ -138,7 +138,7 @@ fn a_motor_with_nothing_to_gain_stays_as_it_is() {
     let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
     // The winding takes a quarter of a tick.
     let right =
-        AxisParameters { modelled: Modelled { lag: (1 << LAG_FRAC) / 4, load_friction: 0 }, ..linear() };
+        AxisParameters { modelled: Modelled { lag: (1 << LAG_FRAC) / 4, ..Modelled::default() }, ..linear() };
     outside.stored.replace(Some(right));
     let found = improved("", None, &outside, folder.path());
     assert!(!found.improved, "{}", found.why);

@@ -3,7 +3,7 @@
 
 use proptest::prelude::*;
 use servo::axis::{Bridge, Output};
-use servo::compensate::modelled::Modelled;
+use servo::compensate::modelled::{DryFriction, Modelled, OverSpeed};
 use servo::compensate::position_load::PositionLoad;
 use servo::config::Config;
 use servo::control::Tuning;
@@ -205,7 +205,12 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
             compensation,
             protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
             position_load: PositionLoad::default(),
-            modelled: Modelled { lag: 97, load_friction: 9_000 },
+            modelled: Modelled {
+                lag: 97,
+                load_friction: 9_000,
+                over_speed: OverSpeed { skew: -700, drag: 4_000 },
+                dry: DryFriction { share: 9_000, breakaway: 4_000, stribeck: 500 },
+            },
         },
     )
 }
@@ -215,7 +220,7 @@ fn unarmed_command() -> impl Strategy<Value = Command> {
         configuration().prop_map(Command::Configure),
         Just(Command::Stop),
         any::<bool>().prop_map(Command::Compensation),
-        any::<u32>().prop_map(|both| Command::Modelled(both.into())),
+        any::<[u64; 2]>().prop_map(|all| Command::Modelled(all.into())),
         any::<u32>().prop_map(|every| Command::Subscribe { every }),
         parameters().prop_map(Command::Restore),
         Just(Command::Reset),

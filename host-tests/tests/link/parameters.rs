@@ -6,10 +6,12 @@ use servo::control::Tuning;
 use servo::identify::estimate::{Estimates, Mechanism};
 use servo::protect::{Action, Fault, Settings};
 use servo::store::AxisParameters;
+use servo::units::Voltage;
+use std::f64::consts::TAU;
 use trials::simulated_servo::config;
 use truing::device::commission_report::Params;
 use truing::device::parameters;
-use truing::params::compensation;
+use truing::params::{compensation, waves};
 use truing::system::model;
 
 fn blank() -> AxisParameters {
@@ -52,6 +54,11 @@ fn what_is_set_is_printed_and_read_back_whole() {
         "identified.time_constant_s=0.04",
         "identified.lag_s=0.003",
         "identified.load_friction=0.125",
+        "identified.viscous_skew=-0.125",
+        "identified.drag_per_v=0.0625",
+        "identified.friction_share=0.5",
+        "identified.breakaway=0.25",
+        "identified.stribeck_v=0.75",
         "position_load.period_counts=8192",
         "position_load.constant_v=-0.3",
         "position_load.sines=[{cycles=1,amplitude_v=1.5,phase_rad=0.7},{cycles=24,amplitude_v=0.2,phase_rad=5}]",
@@ -137,7 +144,8 @@ fn effects_become_terminal_voltages() {
     let export = compensation::from_model(&model, &config()).expect("parameters");
     assert_eq!(export.left_out, ["backlash"]);
     let params = export.params;
-    assert_eq!(params.mechanism, Mechanism::Unclear);
+    assert_eq!(params.mechanism, Mechanism::InputDeadZone);
+    assert!((params.modelled["friction_share"] - 1.6 / 2.4).abs() < 1e-9, "{:?}", params.modelled);
     let scale = config().build().expect("a configuration");
     let report = params.estimates(&config()).report(&scale);
     for (name, found, by_hand) in [
@@ -171,28 +179,91 @@ fn the_lag_is_the_coefficient_of_the_second_derivative_over_that_of_the_first() 
     };
     let exported = |standing: &str| {
         let model = model::parse("model.toml", &known(standing)).expect("a model");
-        compensation::from_model(&model, &config()).expect("parameters").params.lag_s
+        compensation::from_model(&model, &config()).expect("parameters").params.modelled.get("lag_s").copied()
     };
     let lag = exported("named").expect("a lag");
     assert!((lag - 0.001_048 / 0.085).abs() < 1e-6, "{lag} s");
     assert_eq!(exported("tie"), None, "a name of a tie is not relied on");
 }
 
+/// The numbers for the firmware of a model with these effects, and what an axis keeps of them.
+fn told(known: &str) -> (Params, Modelled) {
+    let model = model::parse("model.toml", &format!("{MODEL}{known}")).expect("a model");
+    let params = compensation::from_model(&model, &config()).expect("parameters").params;
+    let mut axis = blank();
+    parameters::adopt(&mut axis, &params).expect("numbers that can be");
+    (params, axis.modelled)
+}
+
 /// More than a quarter is compensated by a quarter.
 #[test]
 fn friction_that_grows_with_the_torque_becomes_a_share() {
-    let exported = |share: f64| {
-        let known = format!(
+    let share = |share: f64| {
+        let (params, modelled) = told(&format!(
             "[known.load_dependent_friction]\nlevel_nm = 0.0\nper_motor_torque = {share}\nper_load_torque = 0.0\n"
-        );
-        let model = model::parse("model.toml", &format!("{MODEL}{known}")).expect("a model");
-        let params = compensation::from_model(&model, &config()).expect("parameters").params;
-        let mut axis = blank();
-        parameters::adopt(&mut axis, &params).expect("numbers that can be");
-        (params.load_friction, axis.modelled.load_friction)
+        ));
+        (params.modelled.get("load_friction").copied(), modelled.load_friction)
     };
-    assert_eq!(exported(0.1), (Some(0.1), 6_554));
-    assert_eq!(exported(0.4), (Some(0.25), LoadFriction::MOST));
+    assert_eq!(share(0.1), (Some(0.1), 6_554));
+    assert_eq!(share(0.4), (Some(0.25), LoadFriction::MOST));
+}
+
+/// By hand: back-EMF damps with 0.05²/2 N m s/rad, of which 40 V a N m make volts at 10 rad/s.
+#[test]
+fn damping_of_two_sides_and_drag_become_what_speed_takes_beyond_the_linear_motor() {
+    let (params, modelled) = told("[known.viscous_asymmetric]\npos_nms = 0.0005\nneg_nms = 0.0001\n");
+    let gain = params.gain_rad_s_per_v.expect("a gain").value;
+    for (omega, damping) in [(10.0, 0.00175), (-10.0, 0.00135)] {
+        let steady = Voltage((omega / gain / 12.0 * f64::from(Voltage::NOMINAL.0)) as i32);
+        let volts =
+            f64::from(steady.plus(modelled.over_speed.beyond(steady)).0) / f64::from(Voltage::NOMINAL.0);
+        assert!((12.0 * volts - 40.0 * damping * omega).abs() < 1e-4, "{} V at {omega} rad/s", 12.0 * volts);
+    }
+    let (params, modelled) = told("[known.quadratic_drag]\ndrag_nms2 = 1e-6\n");
+    assert!((params.modelled["drag_per_v"] - 0.016).abs() < 1e-9, "{:?}", params.modelled);
+    assert!((modelled.values(&config())[3] - 0.016).abs() < 1e-5, "{modelled:?}");
+    // Negative numbers come back, and a wrong one is refused.
+    let mut axis = blank();
+    set(&mut axis, "identified.viscous_skew=-0.4");
+    assert!((axis.modelled.values(&config())[2] + 0.4).abs() < 1e-4);
+    let error = parameters::set(&mut axis, "identified.drag_per_v=-0.01").expect_err("a drag drives nothing");
+    assert!(error.to_string().contains("`-0.01` is no value"), "{error}");
+}
+
+/// By hand, 40 V a N m: a zone of 0.6 V beside 0.4 V of friction, which is 0.8 V at breakaway; 0.5 rad/s take 25 mV.
+#[test]
+fn friction_beside_a_dead_zone_keeps_its_share_and_its_growth_near_standstill() {
+    let friction = "level_nm = 0.01\nbreakaway_nm = 0.02\nstribeck_rad_s = 0.5\n";
+    let (params, modelled) =
+        told(&format!("[known.dead_zone]\nhalf_width_v = 0.6\n[known.stribeck_friction]\n{friction}"));
+    assert_eq!(params.mechanism, Mechanism::InputDeadZone);
+    assert!((params.dead_zone_pos_v.expect("a dead zone").value - 1.0).abs() < 1e-9);
+    for (key, value) in [("friction_share", 0.4), ("breakaway", 0.4), ("stribeck_v", 0.025)] {
+        assert!((params.modelled[key] - value).abs() < 1e-9, "{key}: {:?}", params.modelled);
+    }
+    assert!((modelled.values(&config())[6] - 0.025).abs() < 2e-4, "{modelled:?}");
+    // All of it is friction, or next to nothing.
+    let (params, _) = told(&format!("[known.stribeck_friction]\n{friction}"));
+    assert_eq!((params.mechanism, params.modelled.get("friction_share")), (Mechanism::Friction, None));
+    assert!((params.modelled["breakaway"] - 1.0).abs() < 1e-9);
+    let (params, _) =
+        told("[known.dead_zone]\nhalf_width_v = 1.0\n[known.coulomb_friction]\nlevel_nm = 0.001\n");
+    assert_eq!((params.mechanism, params.modelled.get("friction_share")), (Mechanism::InputDeadZone, None));
+}
+
+/// What the supply was thought to be does not change volts, nor the rate of ticks seconds.
+#[test]
+fn what_a_model_tells_stays_when_supply_and_rate_are_corrected() {
+    let mut axis = blank();
+    for assignment in ["identified.lag_s=0.003", "identified.drag_per_v=0.02", "identified.stribeck_v=0.5"] {
+        set(&mut axis, assignment);
+    }
+    let before = axis.modelled.values(&axis.config);
+    set(&mut axis, "supply.nominal_v=24");
+    set(&mut axis, "axis.tick_hz=5000");
+    let apart = |(before, after): (f32, f32)| (before - after).abs() > 1e-3 * before.abs();
+    let after = axis.modelled.values(&axis.config);
+    assert!(!before.into_iter().zip(after).any(apart), "{before:?} {after:?}");
 }
 
 #[test]
@@ -302,12 +373,30 @@ fn an_export_names_what_the_firmware_cannot_take() {
          [known.cogging]\namplitude_nm = 0.002\nperiods_per_rev = 12\nphase_rad = 0.0\n\
          [known.voltage_saturation]\nlimit_v = 9.0\nsoftness = 0.1\n",
     );
-    let mut left_out = export.left_out.clone();
-    left_out.sort();
-    let expected =
-        ["stribeck_friction.breakaway_nm", "stribeck_friction.stribeck_rad_s", "voltage_saturation.softness"];
-    assert_eq!(left_out, expected);
-    for name in expected {
-        assert!(text.contains(&format!("# not compensated by the firmware: {name}\n")), "{text}");
+    assert_eq!(export.left_out, ["voltage_saturation.softness"]);
+    assert!(text.contains("# not compensated by the firmware: voltage_saturation.softness\n"), "{text}");
+}
+
+/// A soft spring becomes the middle of a sine of whole turns, beside gravity that repeats itself every turn; a stiff one that of a part
+/// of a turn. Volts by hand: 2 Ω / 0.05 N m/A.
+#[test]
+fn a_spring_becomes_a_table_that_holds_it_around_its_rest() {
+    for (stiffness, weight) in [(0.0012, 0.002), (0.13, 0.0)] {
+        let gravity = if weight > 0.0 { "[known.gravity]\nmgl_nm = 0.002\nphase_rad = 0.0\n" } else { "" };
+        let spring =
+            format!("[known.torsional_spring]\nstiffness_nm_per_rad = {stiffness}\nrest_rad = 2.0\n");
+        let model = model::parse("model.toml", &format!("{MODEL}{gravity}{spring}")).expect("a model");
+        let table = waves::table(&waves::waves(&model, 12.0), &config()).expect("a table");
+        let table = table.build(&config()).expect("a table that can be");
+        // Up to a tenth of the supply.
+        for twist in [-1.0, -0.4, 0.0, 0.2, 0.7, 1.0].map(|part| part * 1.2 / (40.0 * stiffness)) {
+            let count = ((2.0 + twist) / TAU * f64::from(config().counts_per_rev)).round();
+            let volts = 12.0 * f64::from(table.voltage(count as i32).0) / f64::from(Voltage::NOMINAL.0);
+            let wanted = 40.0 * (stiffness * twist + weight * (2.0 + twist).sin());
+            assert!(
+                (volts - wanted).abs() < 0.01 + 0.05 * wanted.abs(),
+                "{stiffness}: {volts} V, {wanted} V"
+            );
+        }
     }
 }

@@ -1,7 +1,7 @@
 //! The bytes of every command, refusal and fault, as they were first published: hosts and servos of different ages understand
 //! each other by them.
 
-use servo::compensate::modelled::Modelled;
+use servo::compensate::modelled::{DryFriction, Modelled, OverSpeed};
 use servo::config::{Config, ConfigError, Field};
 use servo::drivers::scales::ScaleError;
 use servo::link::capture::Trigger;
@@ -49,8 +49,16 @@ fn commands() -> Vec<Command> {
             ticks: 200,
         }),
         Command::PositionLoad(set(2).axes[0].expect("an axis").position_load),
-        Command::Modelled(Modelled { lag: 389, load_friction: 0 }),
-        Command::Modelled(Modelled { lag: 389, load_friction: 9_000 }),
+        Command::Modelled(Modelled { lag: 389, ..Modelled::default() }),
+        Command::Modelled(Modelled { lag: 389, load_friction: 9_000, ..Modelled::default() }),
+        Command::Modelled(Modelled {
+            over_speed: OverSpeed { skew: -1_000, drag: 500 },
+            ..Modelled::default()
+        }),
+        Command::Modelled(Modelled {
+            dry: DryFriction { share: 9_000, breakaway: 4_000, stribeck: 500 },
+            ..Modelled::default()
+        }),
     ]
 }
 

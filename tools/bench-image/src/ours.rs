@@ -6,6 +6,7 @@ use core::hint::black_box;
 use servo::axis::Command;
 use servo::axis::{Axis, Bridge, Output, Sample, State};
 use servo::commission::Input;
+use servo::compensate::modelled::{DryFriction, LoadFriction, OverSpeed, Told};
 use servo::compensate::{Compensator, SignSource, Smoothing};
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
@@ -136,4 +137,17 @@ pub fn compensator() {
         tally.count(|| compensator.apply(black_box(linear), black_box(Some(reference)), black_box(false)));
     }
     tally.print("compensator", 0);
+    let told = black_box(Told {
+        load_friction: LoadFriction::new(8_000),
+        over_speed: OverSpeed { skew: 3_000, drag: 2_000 },
+        dry: DryFriction { share: 0, breakaway: 2_000, stribeck: 40_000 },
+    });
+    let mut tally = Tally::default();
+    for k in -2_000..2_000 {
+        let (linear, reference) = (Voltage(k * 400), Voltage(k * 300));
+        tally.count(|| {
+            compensator.apply_told(&told, black_box(linear), black_box(reference), black_box(false))
+        });
+    }
+    tally.print("compensator, told", 0);
 }

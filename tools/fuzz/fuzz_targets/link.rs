@@ -66,7 +66,7 @@ enum Deed {
     StreamAny { position_rad: f32, speed_rad_s: f32, acceleration_rad_s2: Option<f32>, ticks: u32 },
     Adopt([i32; 6]),
     PositionLoad { head: u64, numbers: [i32; 6] },
-    Modelled(u32),
+    Modelled([u64; 2]),
     CaptureArm { before: u16 },
     Ask(u8),
 }
@@ -132,7 +132,7 @@ impl Deed {
                 compensation,
                 protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
                 position_load: table(0, numbers),
-                modelled: bandwidth.to_bits().into(),
+                modelled: [u64::from(bandwidth.to_bits()); 2].into(),
             }),
             Deed::Reset => Command::Reset,
             Deed::Arm => Command::Arm,
@@ -163,7 +163,7 @@ impl Deed {
             }
             Deed::Adopt(ref numbers) => Command::Adopt(estimates(numbers)),
             Deed::PositionLoad { head, ref numbers } => Command::PositionLoad(table(head, numbers)),
-            Deed::Modelled(both) => Command::Modelled(both.into()),
+            Deed::Modelled(all) => Command::Modelled(all.into()),
             Deed::CaptureArm { before } => Command::CaptureArm { trigger: Trigger::Fault, before },
             Deed::Ask(what) => match what % 4 {
                 0 => Command::Hello,

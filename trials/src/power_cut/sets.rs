@@ -1,7 +1,7 @@
 //! Sets of parameters that differ, and what an image of the past would have stored.
 
 use serde::Serialize;
-use servo::compensate::modelled::Modelled;
+use servo::compensate::modelled::{DryFriction, Modelled, OverSpeed};
 use servo::compensate::position_load::{Harmonic, Load, PositionLoad};
 use servo::config::Config;
 use servo::control::Tuning;
@@ -30,6 +30,8 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
         modelled: Modelled {
             lag: 21 + (number % 500) as u16,
             load_friction: 1_000 * (1 + number % 3) as u16,
+            over_speed: OverSpeed { skew: 100 - (number % 7) as i16, drag: 0 },
+            dry: DryFriction { share: 30, ..DryFriction::default() },
         },
     }
 }

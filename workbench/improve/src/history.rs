@@ -98,16 +98,14 @@ impl Entry {
     /// With these numbers.
     pub fn with(self, candidate: &AxisParameters) -> Self {
         let found = known(candidate).map(|found| found.numbers().to_vec()).unwrap_or_default();
-        let known =
-            |name: &str, of: &str, value, u95| Known { name: name.into(), unit: of.into(), value, u95 };
+        let known = |is: &str, of: &str, value, u95| Known { name: is.into(), unit: of.into(), value, u95 };
         let trusted = found.into_iter().filter(|(.., it)| it.trusted);
-        let told =
-            trusted.filter_map(|(name, unit, it)| Some(known(name, unit, it.value?, it.u95.unwrap_or(0.0))));
+        let told = trusted.filter_map(|(is, of, it)| Some(known(is, of, it.value?, it.u95.unwrap_or(0.0))));
         let load = PlaceLoad::of(&candidate.position_load, &candidate.config);
         let name = |it: &Sine| format!("load, {} cycles of {} counts", it.cycles, load.period_counts);
         let sine = |it: &Sine| known(&name(it), "V", it.amplitude_v, 0.0);
-        let told = told.chain(modelled(candidate).map(|(name, unit, of)| known(name, unit, of.into(), 0.0)));
-        let numbers = told.chain(load.sines.iter().map(sine)).collect();
+        let model = modelled(candidate).map(|([_, name, unit], of)| known(name, unit, of.into(), 0.0));
+        let numbers = told.chain(model).chain(load.sines.iter().map(sine)).collect();
         Self { numbers, after: Some(*candidate), ..self }
     }
 

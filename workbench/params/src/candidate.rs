@@ -90,7 +90,7 @@ fn record(logs: &[PathBuf]) -> anyhow::Result<Dynamic> {
 /// others. `seen`: what a commissioning beside the model's load has found, which counts most.
 ///
 /// # Errors
-/// The model is of another axis, or a number in it is none.
+/// The model is of another axis, or asks for numbers that cannot be.
 pub fn candidate(
     extended: &Model,
     base: &AxisParameters,
@@ -98,13 +98,6 @@ pub fn candidate(
 ) -> Result<(AxisParameters, Vec<String>), InputError> {
     let export = compensation::from_model(extended, &base.config)?;
     let (remarks, params) = (export.remarks(), export.params);
-    let Params { dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v, .. } = params;
-    let voltages = [dead_zone_pos_v, dead_zone_neg_v, saturation_pos_v, saturation_neg_v];
-    let numbers = voltages.into_iter().chain([params.gain_rad_s_per_v, params.time_constant_s]).flatten();
-    if !numbers.flat_map(|kept| [kept.value, kept.u95]).all(f64::is_finite) {
-        let what = "a number that follows from it is none; look at the model";
-        return Err(InputError::file(&extended.source, what));
-    }
     let load = Params { position_load: params.position_load.clone(), ..Params::nothing() };
     let mut candidate = AxisParameters { compensation: true, ..*base };
     adopt(&mut candidate, &Params { position_load: None, ..params })?;
@@ -119,34 +112,27 @@ pub fn candidate(
 
 /// Do both tables hold the same load?
 fn alike(a: &PositionLoad, b: &PositionLoad) -> bool {
-    let acts = |table: &PositionLoad| table.is_on() && table.is_trusted();
+    let longest = i64::from(a.period_counts().max(b.period_counts()));
     let voltage = |table: &PositionLoad, place: i32| {
-        if acts(table) { f64::from(table.voltage(place).0) } else { 0.0 }
+        if table.is_on() && table.is_trusted() { f64::from(table.voltage(place).0) } else { 0.0 }
     };
-    let longest = a.period_counts().max(b.period_counts());
-    let places = (0..PLACES).map(|n| (i64::from(n) * i64::from(longest) / i64::from(PLACES)) as i32);
-    let (largest, apart) = places.fold((0.0f64, 0.0f64), |(largest, apart), place| {
-        let [a, b] = [a, b].map(|table| voltage(table, place));
-        (largest.max(a.abs()).max(b.abs()), apart.max((a - b).abs()))
-    });
-    apart <= SAME_LOAD * largest
+    let places = (0..PLACES).map(|n| (i64::from(n) * longest / i64::from(PLACES)) as i32);
+    let both: Vec<[f64; 2]> = places.map(|place| [a, b].map(|table| voltage(table, place))).collect();
+    let largest = both.iter().flatten().fold(0.0, |most: f64, volts| most.max(volts.abs()));
+    both.iter().all(|[a, b]| (a - b).abs() <= SAME_LOAD * largest)
 }
 
 /// Does the candidate say anything else than what is in force, beyond what both are sure of?
 pub fn differs(candidate: &AxisParameters, base: &AxisParameters) -> bool {
-    let numbers = |parameters: &AxisParameters| {
-        known(parameters).map(|found| found.numbers().map(|(.., number)| number))
+    let trusted = |parameters: &AxisParameters| {
+        known(parameters).map(|found| found.numbers().map(|(.., it)| it.value.filter(|_| it.trusted)))
     };
-    let (Some(new), Some(old)) = (numbers(candidate), numbers(base)) else { return true };
-    let apart = candidate.compensation != base.compensation
+    let (Some(new), Some(old)) = (trusted(candidate), trusted(base)) else { return true };
+    candidate.compensation != base.compensation
         || candidate.modelled.differs(&base.modelled)
-        || !alike(&candidate.position_load, &base.position_load);
-    apart
-        || new.iter().zip(&old).any(|(new, old)| {
-            match (new.value.filter(|_| new.trusted), old.value.filter(|_| old.trusted)) {
-                (Some(a), Some(b)) => (a - b).abs() > SAME * b.abs(),
-                (None, None) => false,
-                _ => true,
-            }
+        || !alike(&candidate.position_load, &base.position_load)
+        || new.into_iter().zip(old).any(|both| match both {
+            (Some(a), Some(b)) => (a - b).abs() > SAME * b.abs(),
+            (a, b) => a.is_some() || b.is_some(),
         })
 }

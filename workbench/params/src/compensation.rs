@@ -18,11 +18,13 @@
 //! something unexplained (`standing` in the extended model).
 
 use crate::waves::{self, Wave};
+use servo::compensate::modelled::{Modelled, NAMES, NUMBERS};
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
 use servo::store::AxisParameters;
 use truing_core::system::effects::OnChip;
 use truing_core::system::model::{Known, Model, NAMED};
+use truing_core::system::plant::laws::Law;
 use truing_core::system::plant::physics::{Drive, Physics};
 use truing_core::text::input_error::InputError;
 use truing_servo::device::commission_report::{Kept, Params};
@@ -34,6 +36,9 @@ const U95: f64 = 1.96;
 
 /// Half width of 95 %, as a share of the value, from which on a number is not trusted: that of the chip for dead zones.
 const TRUST_LIMIT: f64 = 0.12;
+
+/// Share of a dead zone below which a part of it is compensated with the sign of the other one.
+const LITTLE: f64 = 0.05;
 
 /// What the firmware can take of a model.
 pub struct Export {
@@ -64,70 +69,70 @@ impl Export {
 pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> {
     check(model, config)?;
     let value = Terminal::of(model);
-    let below_supply = |volts: f64| volts < f64::from(config.supply_nominal_v);
+    let supply_v = f64::from(config.supply_nominal_v);
     let mut doubts = Vec::new();
-    let mut number = |name: &str, pick: Pick, u95: f64, doubt: Option<String>| {
+    // As on the chip, other numbers are trusted with the dead zones.
+    let mut number = |name: &str, pick: Pick, voltage: bool, sure: bool| {
+        let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, voltage)).sqrt();
+        let wide = || too_wide(pick(&value), u95).filter(|_| voltage);
+        let unsure = || (!sure).then(|| "a dead zone is not trusted".to_owned());
+        let none =
+            (!(pick(&value) + u95).is_finite()).then(|| "it is no number; look at the model".to_owned());
+        let doubt = none.or_else(|| doubtful(model, pick)).or_else(wide).or_else(unsure);
         doubts.extend(doubt.iter().map(|doubt| format!("{name}: {doubt}")));
         Kept { value: pick(&value), u95, trusted: doubt.is_none() }
     };
-    let mut voltage = |name: &str, pick: Pick, sure: bool| {
-        let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, true)).sqrt();
-        let doubt = doubtful(model, pick).or_else(|| too_wide(pick(&value), u95));
-        number(name, pick, u95, doubt.or_else(|| goes_along(sure)))
-    };
-    let mut zone = |name: &str, seen: bool, pick: Pick| seen.then(|| voltage(name, pick, true));
-    let dead_zone_pos_v = zone("dead_zone_pos_v", value.dead_zone[0] > 0.0, |t| t.dead_zone[0]);
-    let dead_zone_neg_v = zone("dead_zone_neg_v", value.dead_zone[1] > 0.0, |t| t.dead_zone[1]);
+    let mut zone = |name: &str, pick: Pick| (pick(&value) > 0.0).then(|| number(name, pick, true, true));
+    let dead_zone_pos_v = zone("dead_zone_pos_v", &|t| t.dead_zone[0]);
+    let dead_zone_neg_v = zone("dead_zone_neg_v", &|t| t.dead_zone[1]);
     let sure = [dead_zone_pos_v, dead_zone_neg_v].iter().flatten().all(|kept| kept.trusted);
-    let mut limit = |name: &str, level, pick: Pick| below_supply(level).then(|| voltage(name, pick, sure));
-    let saturation_pos_v = limit("saturation_pos_v", value.saturation[0], |t| t.saturation[0]);
-    let saturation_neg_v = limit("saturation_neg_v", value.saturation[1], |t| t.saturation[1]);
-    let mut linear = |name: &str, pick: Pick| {
-        let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, false)).sqrt();
-        number(name, pick, u95, doubtful(model, pick).or_else(|| goes_along(sure)))
+    let mut limit =
+        |name: &str, pick: Pick| (pick(&value) < supply_v).then(|| number(name, pick, true, sure));
+    let saturation_pos_v = limit("saturation_pos_v", &|t| t.saturation[0]);
+    let saturation_neg_v = limit("saturation_neg_v", &|t| t.saturation[1]);
+    let most = Modelled::most(config).map(f64::from);
+    let told = |at: usize| {
+        let told = Some(value.told[at]).filter(|of| *of != 0.0 && doubtful(model, &|t| t.told[at]).is_none());
+        Some((NAMES[at][0].to_owned(), told?.clamp(-most[at], most[at])))
     };
-    let told = |pick: Pick| Some(pick(&value)).filter(|of| *of > 0.0 && doubtful(model, pick).is_none());
-    let mut params = Params {
+    let params = Params {
         mechanism: value.mechanism,
         dead_zone_pos_v,
         dead_zone_neg_v,
         saturation_pos_v,
         saturation_neg_v,
-        gain_rad_s_per_v: Some(linear("gain_rad_s_per_v", |t| t.gain)),
-        time_constant_s: Some(linear("time_constant_s", |t| t.time_constant)),
-        lag_s: told(|t| t.told[0]),
-        load_friction: told(|t| t.told[1]),
+        gain_rad_s_per_v: Some(number("gain_rad_s_per_v", &|t| t.gain, false, sure)),
+        time_constant_s: Some(number("time_constant_s", &|t| t.time_constant, false, sure)),
+        modelled: (0..NUMBERS).filter_map(told).collect(),
         ..Params::nothing()
     };
-    let mut left_out = left_out(model);
-    left_out.extend(place_load(model, config, &mut params, &mut doubts)?);
-    Ok(Export { params, left_out, doubts })
+    let mut export = Export { params, left_out: left_out(model), doubts };
+    place_load(model, config, &mut export)?;
+    Ok(export)
 }
 
-/// The table of what is sure; what of it the loops with these numbers do not bear.
-fn place_load(
-    model: &Model,
-    config: &Config,
-    params: &mut Params,
-    doubts: &mut Vec<String>,
-) -> Result<Vec<String>, InputError> {
+/// The table of what is sure; what of it the loops with these numbers do not bear is left out.
+fn place_load(model: &Model, config: &Config, export: &mut Export) -> Result<(), InputError> {
     let mut beside = AxisParameters::new(*config);
-    adopt(&mut beside, params)?;
+    adopt(&mut beside, &export.params)?;
     let mut sure = |wave: &Wave| {
         let doubt = unsure(wave.name, model.standing(wave.name)).or_else(|| wave.doubt());
-        doubts.extend(doubt.iter().map(|doubt| format!("{}: {doubt}", wave.name)));
+        export.doubts.extend(doubt.iter().map(|doubt| format!("{}: {doubt}", wave.name)));
         doubt.is_none()
     };
-    let waves: Vec<Wave> = waves::waves(model).into_iter().filter(&mut sure).collect();
-    params.position_load = waves::table(&waves, config);
-    let [constant, sines] = params.position_load.clone().map(|mut it| it.fit(&beside)).unwrap_or_default();
+    let waves = waves::waves(model, f64::from(config.supply_nominal_v));
+    let waves: Vec<Wave> = waves.into_iter().filter(&mut sure).collect();
+    export.params.position_load = waves::table(&waves, config);
+    let [constant, sines] =
+        export.params.position_load.clone().map(|mut it| it.fit(&beside)).unwrap_or_default();
     let mut sines = sines.into_iter();
     let part = |wave: &Wave| {
         let share = if wave.per_turn == 0.0 { *constant.first()? } else { sines.next()? };
         let beyond = 100.0 * (1.0 - share);
         (share < 1.0).then(|| format!("{beyond:.0} % of {}, too steep or too large for the loops", wave.name))
     };
-    Ok(waves.iter().filter_map(part).collect())
+    export.left_out.extend(waves.iter().filter_map(part));
+    Ok(())
 }
 
 /// Why a name is not to be trusted, if so.
@@ -139,16 +144,11 @@ fn unsure(name: &str, standing: Option<&str>) -> Option<String> {
     }
 }
 
-/// As on the chip, whose other numbers are trusted with the dead zones.
-fn goes_along(sure: bool) -> Option<String> {
-    (!sure).then(|| "a dead zone is not trusted".to_owned())
-}
-
 /// Takes one number.
-type Pick = fn(&Terminal) -> f64;
+type Pick<'a> = &'a dyn Fn(&Terminal) -> f64;
 
 /// The known effects that a number depends on, and how sure their names are.
-fn behind(model: &Model, pick: Pick) -> Vec<(&'static str, Option<&str>)> {
+fn behind<'a>(model: &'a Model, pick: Pick) -> Vec<(&'static str, Option<&'a str>)> {
     let whole = pick(&Terminal::of(model));
     let moves = |place: usize| {
         let mut without = model.clone();
@@ -173,20 +173,17 @@ fn too_wide(value: f64, u95: f64) -> Option<String> {
 
 /// Effects without a number on the chip, and parameters of the others of which it takes a part only.
 fn left_out(model: &Model) -> Vec<String> {
-    let unnamed = model.unnamed.iter().map(|unnamed| unnamed.name.clone());
-    model.known.iter().flat_map(dropped).chain(unnamed).collect()
-}
-
-fn dropped(known: &Known) -> Vec<String> {
-    let name = known.effect.name;
-    if known.effect.on_chip == OnChip::Unknown {
-        return vec![name.to_owned()];
+    let mut all: Vec<String> = model.unnamed.iter().map(|unnamed| unnamed.name.clone()).collect();
+    for Known { effect, values, .. } in &model.known {
+        if effect.on_chip == OnChip::Unknown {
+            all.push(effect.name.to_owned());
+            continue;
+        }
+        let parts = effect.parameters.iter().zip(values);
+        let left = parts.filter(|(part, value)| part.on_chip == OnChip::Unknown && **value != 0.0);
+        all.extend(left.map(|(part, _)| format!("{}.{}", effect.name, part.name)));
     }
-    let values = known.effect.parameters.iter().zip(&known.values);
-    values
-        .filter(|(parameter, value)| parameter.on_chip == OnChip::Unknown && **value != 0.0)
-        .map(|(parameter, _)| format!("{name}.{}", parameter.name))
-        .collect()
+    all
 }
 
 /// The model must be of the axis that the firmware drives.
@@ -207,15 +204,20 @@ struct Terminal {
     gain: f64,
     /// s.
     time_constant: f64,
-    /// Lag, s; share of the motor's torque that friction takes, of which the firmware compensates a quarter at most.
-    told: [f64; 2],
+    /// As [`Modelled`](servo::compensate::modelled::Modelled) has them.
+    told: [f64; NUMBERS],
     mechanism: Mechanism,
 }
 
 impl Terminal {
     fn of(model: &Model) -> Self {
-        let plant = model.physics();
+        let mut plant = model.physics();
+        let uneven = 0.5 * (plant.viscous_pos - plant.viscous_neg);
+        plant.viscous += 0.5 * (plant.viscous_pos + plant.viscous_neg);
         let volts = |torque: f64| torque * plant.resistance / plant.kt;
+        let gain = plant.drive_gain * plant.dc_gain();
+        let drags = plant.torques.iter().filter(|it| it.law == Law::Drag);
+        let drag = drags.map(|it| volts(it.parameters[0]) / plant.drive_gain * gain * gain).sum::<f64>();
         let friction = [volts(plant.friction_pos), volts(plant.friction_neg)];
         let zone = [plant.dead_pos, plant.dead_neg];
         let limit = [plant.limit, plant.limit * plant.limit_skew];
@@ -223,14 +225,22 @@ impl Terminal {
         let (motor, winding) = (plant.time_constant_s(), plant.inductance / plant.resistance);
         let (first, later) = (motor + electrical(&plant), plant.lag_s + plant.delay_s);
         let second = motor * winding + first * later + plant.delay_s * (plant.lag_s + 0.5 * plant.delay_s);
+        let (lag, skew) = (second / (first + later), uneven / plant.total_damping());
+        let (mechanism, share) = mechanism(zone, friction, plant.drop_v);
+        let widths = [0, 1].map(|at| (zone[at] + plant.drop_v + friction[at]) / plant.drive_gain);
+        let mean = 0.5 * (widths[0] + widths[1]);
+        let [excess, stribeck] = match volts(plant.breakaway_extra) / plant.drive_gain / mean {
+            excess if excess > 0.0 && excess.is_finite() => [excess, plant.stribeck_speed / gain],
+            _ => [0.0; 2],
+        };
         let side = |side: usize, level: f64| (level - towards[side] * plant.drive_offset) / plant.drive_gain;
         Terminal {
-            dead_zone: [0, 1].map(|at| (zone[at] + plant.drop_v + friction[at]) / plant.drive_gain),
+            dead_zone: widths,
             saturation: [0, 1].map(|at| side(at, limit[at] + zone[at])),
-            gain: plant.drive_gain * plant.dc_gain(),
+            gain,
             time_constant: first + later,
-            told: [second / (first + later), plant.friction_per_motor.min(0.25)],
-            mechanism: mechanism(zone, friction, plant.drop_v),
+            told: [lag, plant.friction_per_motor, skew, drag, share, excess, stribeck],
+            mechanism,
         }
     }
 }
@@ -240,29 +250,30 @@ fn electrical(plant: &Physics) -> f64 {
     plant.inductance * plant.viscous / (plant.resistance * plant.total_damping())
 }
 
-/// The one that makes nearly all of it; of a drop, which friction turns into one, half.
-fn mechanism(zone: [f64; 2], friction: [f64; 2], drop: f64) -> Mechanism {
+/// The one that makes nearly all of it, or the larger one beside friction, with the share of that.
+fn mechanism(zone: [f64; 2], friction: [f64; 2], drop: f64) -> (Mechanism, f64) {
     let [zone, friction, drop]: [f64; 3] = [zone, friction, [drop; 2]].map(|sides| sides.iter().sum());
-    let all = zone + friction + drop;
-    use Mechanism::{Friction, InputDeadZone, Unclear, VoltageDrop};
-    let parts = [(friction, 0.8, Friction), (zone, 0.8, InputDeadZone), (drop, 0.5, VoltageDrop)];
-    let made = parts.into_iter().find(|(part, share, _)| *part > 0.0 && *part >= share * all);
-    made.map_or(Unclear, |it| it.2)
+    let share = friction / (zone + friction + drop);
+    let beside = if share > LITTLE { share } else { 0.0 };
+    match () {
+        () if share > 1.0 - LITTLE => (Mechanism::Friction, 0.0),
+        () if zone + drop == 0.0 => (Mechanism::Unclear, 0.0),
+        () if zone > drop => (Mechanism::InputDeadZone, beside),
+        () => (Mechanism::VoltageDrop, beside),
+    }
 }
 
 /// Variance by first-order propagation of what the effects' parameters are known by.
 fn from_effects(model: &Model, pick: Pick) -> f64 {
-    let one = |place: usize, index: usize, std: f64| {
-        let mut changed = model.clone();
-        changed.known[place].values[index] += std;
-        squared_change(model, &changed, pick)
-    };
-    let stds = |place: usize| model.known[place].stds.iter().enumerate();
-    let places = 0..model.known.len();
-    places
-        .flat_map(|place| stds(place).filter_map(move |(index, std)| Some((place, index, (*std)?))))
-        .map(|(place, index, std)| one(place, index, std))
-        .sum()
+    let mut sum = 0.0;
+    for (place, known) in model.known.iter().enumerate() {
+        for (index, std) in known.stds.iter().enumerate() {
+            let mut changed = model.clone();
+            changed.known[place].values[index] += std.unwrap_or(0.0);
+            sum += squared_change(model, &changed, pick);
+        }
+    }
+    sum
 }
 
 /// The uncertainty that the tolerances of the base parameters bring. Of a voltage that only fitted effects make, the log has shown the voltage

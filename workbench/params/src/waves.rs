@@ -1,4 +1,4 @@
-//! What a model knows of gravity, cogging, a constant load and an offset of the drive, as a table for the servo.
+//! What a model knows of gravity, cogging, a spring, a constant load and an offset of the drive, as a table for the servo.
 //!
 //! The encoder's shaft stands at 2π·count/counts_per_rev, as in a log. What holds a torque T there is the voltage −T·R/Kt at the winding,
 //! which the drive makes of a voltage smaller by its gain. What pushes the same way everywhere is the table's constant: as a wider dead
@@ -14,6 +14,8 @@ use truing_servo::device::place_load::{PlaceLoad, Sine};
 const MOST_CYCLES: u32 = 64;
 /// Relative half width (95 %) of a sine from which on it is not trusted: one that is wrong by half of itself still halves the load.
 const TRUST_LIMIT: f64 = 0.5;
+/// Share of the nominal supply at which the sine of a spring turns back: at half of it the sine is 5 % short. The rest is for other loads.
+const SPRING_SHARE: f64 = 0.35;
 
 /// One sine of a model, as a voltage over the angle of the encoder's shaft, or what is the same everywhere.
 pub struct Wave {
@@ -40,30 +42,35 @@ impl Wave {
     }
 }
 
-/// All of a model, the slowest one first.
-pub fn waves(model: &Model) -> Vec<Wave> {
-    let mut waves: Vec<Wave> = model.known.iter().filter_map(|known| wave(model, known)).collect();
+/// All of a model, the slowest one first. `supply_v`: nominal.
+pub fn waves(model: &Model, supply_v: f64) -> Vec<Wave> {
+    let mut waves: Vec<Wave> = model.known.iter().filter_map(|known| wave(model, known, supply_v)).collect();
     waves.sort_by(|a, b| a.per_turn.total_cmp(&b.per_turn));
     waves
 }
 
-fn wave(model: &Model, known: &Known) -> Option<Wave> {
+fn wave(model: &Model, known: &Known, supply_v: f64) -> Option<Wave> {
     let (whole, mut alone) = (model.physics(), model.base());
     (known.effect.apply)(&known.values, &mut alone);
     let (gear, offset_v) = (alone.gear_ratio, alone.drive_offset - model.base().drive_offset);
     let volts = |torque_nm: f64| torque_nm * whole.resistance / whole.kt;
-    let (a, at_winding, per_turn, phase) = match alone.torques.first().map(|it| (it.law, it.parameters)) {
-        Some((Law::Gravity, [a, b, _])) => (a, volts(a / gear), 1.0 / gear, b),
-        Some((Law::Cogging, [a, b, c])) => (a, volts(a), b, c),
-        Some((Law::Constant, [a, ..])) => (a, -volts(a), 0.0, 0.0),
-        None if offset_v != 0.0 => (offset_v, -offset_v, 0.0, 0.0),
+    let std = |place: usize| known.stds.get(place).copied().flatten().unwrap_or(0.0);
+    let law = alone.torques.first().map(|it| (it.law, it.parameters));
+    let (a, at_winding, [per_turn, per_turn_std], [phase, phase_std]) = match law {
+        Some((Law::Gravity, [a, b, _])) => (a, volts(a / gear), [1.0 / gear, 0.0], [b, std(1)]),
+        Some((Law::Cogging, [a, b, c])) => (a, volts(a), [b, std(1)], [c, std(2)]),
+        Some((Law::Constant, [a, ..])) => (a, -volts(a), [0.0; 2], [0.0; 2]),
+        Some((Law::Spring, [a, rest, _])) => {
+            let steep = volts(a) / (SPRING_SHARE * supply_v);
+            let per_turn = if steep < 1.0 { (1.0 / steep).floor().recip() } else { steep.ceil() };
+            (a, volts(a) / per_turn, [per_turn, 0.0], [-rest * per_turn, 0.0])
+        }
+        None if offset_v != 0.0 => (offset_v, -offset_v, [0.0; 2], [0.0; 2]),
         _ => return None,
     };
-    let std = |place: usize| known.stds.get(place).copied().flatten().unwrap_or(0.0);
-    let phase_std = if per_turn > 0.0 { std(known.stds.len().saturating_sub(1)) } else { 0.0 };
     // As many cycles a turn as there are poles, where the log agrees.
-    let (cycles, cycles_std) = (per_turn.round(), if known.stds.len() > 2 { std(1) } else { 0.0 });
-    let whole_number = (per_turn - cycles).abs() < 3.0 * cycles_std && cycles > 0.0;
+    let cycles = per_turn.round();
+    let whole_number = (per_turn - cycles).abs() < 3.0 * per_turn_std && cycles > 0.0;
     Some(Wave {
         name: known.effect.name,
         per_turn: if whole_number { cycles } else { per_turn } / whole.sensor_scale,
@@ -77,10 +84,7 @@ fn wave(model: &Model, known: &Known) -> Option<Wave> {
 pub fn table(waves: &[Wave], config: &Config) -> Option<PlaceLoad> {
     let (constant, waves): (Vec<&Wave>, Vec<&Wave>) = waves.iter().partition(|wave| wave.per_turn == 0.0);
     // A constant alone repeats itself after any way.
-    let slowest = waves.first().map_or(1.0, |wave| wave.per_turn);
-    if waves.is_empty() && constant.is_empty() {
-        return None;
-    }
+    let slowest = Some(waves.first().or(constant.first())?.per_turn).filter(|it| *it > 0.0).unwrap_or(1.0);
     let counts = f64::from(config.counts_per_rev);
     let period = |cycles: u32| (f64::from(cycles) * counts / slowest).round();
     let cycles = |wave: &Wave, period: f64| wave.per_turn * period / counts;

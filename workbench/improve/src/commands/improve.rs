@@ -139,8 +139,7 @@ fn commissioning(config: &Config) -> String {
         None => format!("free, less than {way:.0} rad to each side"),
     };
     let energy = config.energy_limit_j.get();
-    let energy =
-        energy.map_or("no limit: limits.energy_j sets one".into(), |most| format!("at most {most} J"));
+    let energy = energy.map_or("no limit: limits.energy_j sets one".into(), |it| format!("at most {it} J"));
     format!(
         "{:21} {:.1} s, for the servo does not know its motor\n{:21} {travel}\n{:21} {energy}\nrecording and trial are planned by what it finds\n",
         "commissioning",

@@ -152,7 +152,7 @@ fn adopted(params: &Params, config: &Config) -> anyhow::Result<Vec<Task>> {
     let mut known = AxisParameters::new(*config);
     adopt(&mut known, params)?;
     let load = params.position_load.as_ref().map(|_| Task::PositionLoad(known.position_load));
-    let told = params.lag_s.or(params.load_friction).map(|_| Task::Modelled(known.modelled));
+    let told = (!params.modelled.is_empty()).then_some(Task::Modelled(known.modelled));
     Ok([Task::Adopt(Box::new(params.estimates(config)))].into_iter().chain(load).chain(told).collect())
 }
 

@@ -14,6 +14,7 @@ use servo::identify::estimate::{
     VOLTAGE_FRAC,
 };
 use servo::protect::Fault;
+use std::collections::BTreeMap;
 use std::path::Path;
 use truing_core::text::input_error::{InputError, line_of};
 
@@ -199,10 +200,9 @@ pub struct Params {
     pub gain_rad_s_per_v: Option<Kept>,
     /// s.
     pub time_constant_s: Option<Kept>,
-    /// The smaller time constant, of winding, drive and delay, s; nothing: it stays as it is.
-    pub lag_s: Option<f64>,
-    /// Share of the motor's torque that friction takes, 0 … 0.25; nothing: it stays as it is.
-    pub load_friction: Option<f64>,
+    /// What a model tells, by the keys of [`NAMES`](servo::compensate::modelled::NAMES); what is not here stays as it is.
+    #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
+    pub modelled: BTreeMap<String, f64>,
     /// The load over the place; nothing: it stays as it is.
     pub position_load: Option<PlaceLoad>,
 }

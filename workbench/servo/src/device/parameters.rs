@@ -5,6 +5,7 @@
 use crate::device::commission_report::{Kept, Params};
 use crate::device::link::range_text;
 use crate::device::place_load::PlaceLoad;
+use servo::compensate::modelled::NAMES;
 use servo::compensate::position_load::PositionLoad;
 use servo::config::{Config, SETTINGS, Setting, Value};
 use servo::identify::estimate::{EstimatesReport, Reported};
@@ -15,6 +16,8 @@ use truing_core::text::input_error::{InputError, nearest};
 
 /// Keys of the load over the place, those of `params.toml`.
 const LOAD: &str = "position_load";
+/// Section of what a commissioning finds and a model tells.
+const IDENTIFIED: &str = "identified.";
 /// Unsets an optional number.
 const NONE: &str = "none";
 
@@ -87,16 +90,6 @@ const KEYS: &[Key] = &[
     identified!("identified.saturation_neg_v", saturation_neg_v, saturation[1]),
     identified!("identified.gain_rad_s_per_v", gain_rad_s_per_v, gain),
     identified!("identified.time_constant_s", time_constant_s, time_constant),
-    Key {
-        name: "identified.lag_s",
-        get: |p| (p.modelled.lag > 0).then(|| p.modelled.values(p.config.tick_hz)[0].to_string()),
-        set: |p, text| told(p, [Some(text.parse().ok()?), None]),
-    },
-    Key {
-        name: "identified.load_friction",
-        get: |p| (p.modelled.load_friction > 0).then(|| p.modelled.values(p.config.tick_hz)[1].to_string()),
-        set: |p, text| told(p, [None, Some(text.parse().ok()?)]),
-    },
 ];
 
 /// The thermal limit of a small motor.
@@ -171,15 +164,17 @@ pub fn print(parameters: &AxisParameters) -> String {
     for (name, value) in settings(parameters).chain(others) {
         let _ = writeln!(text, "{name} = {value}");
     }
+    for ([key, ..], value) in modelled(parameters) {
+        let _ = writeln!(text, "{IDENTIFIED}{key} = {value}");
+    }
     for fault in Fault::ALL {
         let action = parameters.protection.actions.of(fault);
         if action != Action::Open {
             let _ = writeln!(text, "{PROTECTION}{} = \"{}\"", fault.name(), action.name());
         }
     }
-    for (key, value) in
-        load(parameters).filter(|_| parameters.position_load != PositionLoad::default()).into_iter().flatten()
-    {
+    let load = load(parameters).filter(|_| parameters.position_load != PositionLoad::default());
+    for (key, value) in load.into_iter().flatten() {
         let _ = writeln!(text, "{LOAD}.{key} = {value}");
     }
     text
@@ -259,19 +254,22 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
     let before = *parameters;
     let row = SETTINGS.iter().find(|row| row.field.name() == name);
     let key = KEYS.iter().find(|key| key.name == name);
-    let done = match (row, key) {
-        (Some(row), _) => put(&mut parameters.config, row, value),
-        (None, Some(key)) => (key.set)(parameters, value),
-        (None, None) => return Err(no_key(name)),
+    let told = name.strip_prefix(IDENTIFIED).and_then(|name| NAMES.iter().position(|it| it[0] == name));
+    let done = match (row, key, told) {
+        (Some(row), ..) => put(&mut parameters.config, row, value),
+        (_, Some(key), _) => (key.set)(parameters, value),
+        (.., Some(at)) => value.parse().ok().and_then(|value| tell(parameters, at, value)),
+        _ => return Err(no_key(name)),
     };
-    done.ok_or_else(|| {
-        InputError(format!("`{value}` is no value of {name}; write a number, true or false"))
-    })?;
+    let wrong = || InputError(format!("`{value}` is no value of {name}; write a number, true or false"));
+    done.ok_or_else(wrong)?;
     if units(&before.config) != units(&parameters.config)
         && let Some(report) = estimates(&before)
     {
         // A volt stays a volt when the units of the estimates change.
         parameters.estimates = Params::of(&report).estimates(&parameters.config);
+        let values = before.modelled.values(&before.config).into_iter().enumerate();
+        values.for_each(|(at, value)| tell(parameters, at, value).unwrap_or_default());
     }
     Ok(())
 }
@@ -288,25 +286,22 @@ fn units(config: &Config) -> (f32, f32, u32) {
     (config.supply_nominal_v, config.rated_speed_rad_s, config.tick_hz)
 }
 
-/// What a model has told of an axis: name, unit, value.
-pub fn modelled(of: &AxisParameters) -> impl Iterator<Item = (&'static str, &'static str, f32)> {
-    let names = [("lag", "s"), ("friction per torque", "1")];
-    let all = names.into_iter().zip(of.modelled.values(of.config.tick_hz));
-    all.filter(|it| it.1 > 0.0).map(|((name, unit), value)| (name, unit, value))
+/// What a model has told of an axis: key, name and unit, value.
+pub fn modelled(of: &AxisParameters) -> impl Iterator<Item = ([&'static str; 3], f32)> {
+    NAMES.into_iter().zip(of.modelled.values(&of.config)).filter(|(_, value)| *value != 0.0)
 }
 
-fn told(of: &mut AxisParameters, told: [Option<f32>; 2]) -> Option<()> {
-    of.modelled.with(told, of.config.tick_hz).map(|told| of.modelled = told)
+fn tell(of: &mut AxisParameters, at: usize, value: f32) -> Option<()> {
+    of.modelled.with(at, value, &of.config).map(|told| of.modelled = told)
 }
 
 /// Numbers of `params.toml` put in force; of the load over the place as much as the loops bear.
 pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), InputError> {
     let estimates = params.estimates(&parameters.config);
     parameters.estimates.merge(&estimates);
-    let told = [params.lag_s, params.load_friction].map(|of| of.map(|of| of as f32));
-    let what =
-        "lag_s is longer than 4095 control ticks, load_friction more than a quarter, or one is negative";
-    self::told(parameters, told).ok_or_else(|| InputError(what.into()))?;
+    for (name, value) in &params.modelled {
+        set(parameters, &format!("{IDENTIFIED}{name}={value}"))?;
+    }
     let Some(mut load) = params.position_load.clone() else { return Ok(()) };
     load.fit(parameters);
     let table = load.build(&parameters.config).map_err(|error| InputError(range_text(&error)));

@@ -69,8 +69,7 @@ impl PlaceLoad {
         let harmonics: Vec<Harmonic> = self.sines.iter().map(harmonic).collect();
         let Self { period_counts, constant_v, .. } = *self;
         let load = Load { period_counts, constant_v: constant_v as f32, harmonics: &harmonics };
-        let table = load.build(&config.build()?)?;
-        Ok(table.switched(self.on).trusted(self.trusted).absolute(self.absolute))
+        Ok(load.build(&config.build()?)?.switched(self.on).trusted(self.trusted).absolute(self.absolute))
     }
 
     /// As much of the constant and of every sine, the slowest one first, as the chip allows beside the loops of these parameters; which

@@ -13,8 +13,8 @@ pub static STRIBECK_FRICTION: Effect = Effect {
     separated_by: "slow triangles through zero speed, many of them",
     parameters: &[
         Parameter::new("level_nm", "N m", Scale::Torque, 0.0, 0.8),
-        Parameter::new("breakaway_nm", "N m", Scale::Torque, 0.0, 0.9).unknown_on_chip(),
-        Parameter::new("stribeck_rad_s", "rad/s", Scale::Speed, 0.003, 0.4).unknown_on_chip(),
+        Parameter::new("breakaway_nm", "N m", Scale::Torque, 0.0, 0.9),
+        Parameter::new("stribeck_rad_s", "rad/s", Scale::Speed, 0.003, 0.4),
     ],
     starts: Starts::Grid(&[
         &[0.02, 0.04, 0.02],
@@ -41,5 +41,6 @@ pub static STRIBECK_FRICTION: Effect = Effect {
         plant.friction_neg += p[0];
         plant.breakaway_extra += (p[1] - p[0]).max(0.0);
         plant.stribeck_speed = p[2];
-    },    ..Effect::USUAL
+    },
+    ..Effect::USUAL
 };

@@ -17,7 +17,9 @@ pub static TORSIONAL_SPRING: Effect = Effect {
     parameters: &[
         Parameter::new("stiffness_nm_per_rad", "N m/rad", Scale::TorquePerAngle(1), 0.0, 100.0),
         Parameter::new("rest_rad", "rad", Scale::Angle, -100.0, 100.0),
-        Parameter::new("cubic_nm_per_rad3", "N m/rad³", Scale::TorquePerAngle(3), 0.0, 100.0).optional(0.0),
+        Parameter::new("cubic_nm_per_rad3", "N m/rad³", Scale::TorquePerAngle(3), 0.0, 100.0)
+            .optional(0.0)
+            .unknown_on_chip(),
     ],
     starts: Starts::Grid(&[
         &[0.003, 0.0, 0.0],
@@ -34,6 +36,7 @@ pub static TORSIONAL_SPRING: Effect = Effect {
     // The motor does not turn on against a spring: no speed settles.
     offered: Offered::Records(InTables::LeftOut),
     relations: Relations { inseparable_from: &[&CONSTANT_LOAD], ..Relations::NONE },
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Spring, [p[0], p[1], p[2]], Acts::Load)),
     ..Effect::USUAL
 };

@@ -24,6 +24,7 @@ pub static VISCOUS_ASYMMETRIC: Effect = Effect {
             .needs(Needs::Reversal),
     ),
     relations: Relations { inseparable_from: &[&VISCOUS_FRICTION], ..Relations::NONE },
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.viscous_pos += p[0];
         plant.viscous_neg += p[1];

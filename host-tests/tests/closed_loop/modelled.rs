@@ -1,0 +1,74 @@
+//! What a model tells, in closed loop: the wildest numbers that a servo takes disturb it, and do not make it unstable.
+
+use servo::axis::Command;
+use servo::compensate::modelled::{DryFriction, LoadFriction, Modelled, OverSpeed};
+use servo::protect::Fault;
+use std::f64::consts::TAU;
+use trials::bench::Bench;
+use trials::families::{Cause, Family, Options, Plant, Seeds, Severity};
+use trials::tracking::knowing;
+
+const SECONDS: f64 = 4.0;
+
+/// A sine over ± 2 rad, and then at rest: rms of the error in motion, and by how much the counter still moves at the end, rad.
+fn followed(bench: &mut Bench, plant: &Plant) -> [f64; 2] {
+    let per_rad = f64::from(plant.config.counts_per_rev) / TAU;
+    let sine =
+        Command::TrackSine { amplitude_rad: 2.0, frequency_hz: 0.5, duration_ms: 1_000 * SECONDS as u32 };
+    bench.ask(sine).expect("feasible");
+    let (mut squares, mut number) = (0.0, 0.0);
+    bench.run(SECONDS, |output, _| {
+        let error = f64::from(output.record.reference_q8) / 256.0 - f64::from(output.record.count) - 0.5;
+        squares += (error / per_rad).powi(2);
+        number += 1.0;
+    });
+    bench.run(2.0, |_, _| {});
+    let (mut low, mut high) = (i32::MAX, i32::MIN);
+    bench.run(1.0, |output, _| {
+        (low, high) = (low.min(output.record.count), high.max(output.record.count));
+    });
+    [f64::sqrt(squares / number), f64::from(high - low) / per_rad]
+}
+
+#[test]
+fn the_wildest_that_a_model_can_tell_disturbs_and_makes_nothing_unstable() {
+    let over = |skew, drag| Modelled { over_speed: OverSpeed { skew, drag }, ..Modelled::default() };
+    let dry = |share, breakaway, stribeck| Modelled {
+        dry: DryFriction { share, breakaway, stribeck },
+        ..Modelled::default()
+    };
+    let load_friction = LoadFriction::MOST;
+    let wild = [
+        Modelled { load_friction, ..Modelled::default() },
+        over(i16::MAX, u16::MAX),
+        over(i16::MIN, 0),
+        dry(u16::MAX, 0, 0),
+        dry(0, u16::MAX, 600),
+        dry(0, u16::MAX, u16::MAX),
+        Modelled { lag: 0, load_friction, ..dry(30_000, u16::MAX, 4_000) },
+    ];
+    for cause in [Cause::Friction, Cause::Input] {
+        for number in 0..3 {
+            let options = Options { cause: Some(cause), ..Options::default() };
+            let plant =
+                Plant::draw(Family::G3, Severity::Harsh, Seeds::Evaluation(771_000 + number), &options);
+            let bench = knowing(&plant);
+            let [right, still] = followed(&mut bench.clone(), &plant);
+            let mut plain = bench.clone();
+            plain.ask(Command::Compensation(false)).expect("accepted");
+            let [without, _] = followed(&mut plain, &plant);
+            for told in wild {
+                let mut bench = bench.clone();
+                bench.ask(Command::Modelled(told)).expect("accepted");
+                let [wrong, moves] = followed(&mut bench, &plant);
+                assert!(
+                    right < 0.2 * without && wrong < 2.0 * without,
+                    "{cause:?} {number} {told:?}: {wrong} of {without} rad"
+                );
+                // It creeps towards its place, and does not swing there.
+                assert!(moves < still + 0.06, "{cause:?} {number} {told:?}: {moves} rad at rest");
+                assert_eq!(bench.state.fault(), Fault::None, "{told:?}");
+            }
+        }
+    }
+}
