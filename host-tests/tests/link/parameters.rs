@@ -242,6 +242,11 @@ fn friction_beside_a_dead_zone_keeps_its_share_and_its_growth_near_standstill() 
         assert!((params.modelled[key] - value).abs() < 1e-9, "{key}: {:?}", params.modelled);
     }
     assert!((modelled.values(&config())[6] - 0.025).abs() < 2e-4, "{modelled:?}");
+    // What falls over a third of the speed is no breakaway, and is said.
+    let drag = "[known.stribeck_friction]\nlevel_nm = 0.01\nbreakaway_nm = 0.02\nstribeck_rad_s = 80.0\n";
+    let (export, _) = exported(drag);
+    assert!(!export.params.modelled.contains_key("breakaway"), "{:?}", export.params.modelled);
+    assert!(export.doubts.iter().any(|doubt| doubt.starts_with("breakaway:")), "{:?}", export.doubts);
     // All of it is friction, or next to nothing.
     let (params, _) = told(&format!("[known.stribeck_friction]\n{friction}"));
     assert_eq!((params.mechanism, params.modelled.get("friction_share")), (Mechanism::Friction, None));

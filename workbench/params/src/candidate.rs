@@ -106,7 +106,7 @@ pub fn candidate(
     adopt(&mut candidate, &load)?;
     candidate
         .check()
-        .map_err(|error| InputError(format!("the model asks for numbers that cannot be: {error:?}")))?;
+        .map_err(|it| InputError(format!("the model asks for numbers that cannot be: {it:?}")))?;
     Ok((candidate, remarks))
 }
 
