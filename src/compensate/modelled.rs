@@ -14,14 +14,14 @@ const ONE: f32 = (1u32 << ONE_BITS) as f32;
 /// Numbers of [`Modelled`].
 pub const NUMBERS: usize = 7;
 const SKEW: usize = 2;
-/// Key, name and unit of each, in the order of [`Modelled::values`].
+/// Key, name and unit (none for a share) of each, in the order of [`Modelled::values`].
 pub const NAMES: [[&str; 3]; NUMBERS] = [
     ["lag_s", "lag", "s"],
-    ["load_friction", "friction per torque", "1"],
-    ["viscous_skew", "viscous skew", "1"],
+    ["load_friction", "friction per torque", ""],
+    ["viscous_skew", "viscous skew", ""],
     ["drag_per_v", "drag", "1/V"],
-    ["friction_share", "friction in the dead zone", "1"],
-    ["breakaway", "breakaway", "1"],
+    ["friction_share", "friction in the dead zone", ""],
+    ["breakaway", "breakaway", ""],
     ["stribeck_v", "Stribeck voltage", "V"],
 ];
 

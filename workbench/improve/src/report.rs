@@ -1,6 +1,6 @@
 //! One page about what was tried: the model's gap in simulation, the motor's error on the bench, what was kept.
 
-use crate::history::Entry;
+use crate::history::{Entry, Known};
 use crate::improving::Improved;
 use crate::trial::{Compared, Trial};
 use truing_core::outcome::{Curve, Plot, Role, Series, Style};
@@ -36,8 +36,10 @@ const HEADER: [&str; 7] = ["no.", "names", "fit of the model", "numbers", "error
 fn table(entries: &[Entry]) -> Table {
     let row = |(number, entry): (usize, &Entry)| {
         let fit = entry.gap.as_ref().and_then(|gap| Some((gap.fit_percent[0]?, gap.fit_percent[1]?)));
-        let numbers =
-            entry.numbers.iter().map(|it| format!("{} {:.4} ± {:.4} {}", it.name, it.value, it.u95, it.unit));
+        // Of what a model tells the loops no interval is known here.
+        let sure = |u95: f64| if u95 > 0.0 { format!(" ± {u95:.4}") } else { String::new() };
+        let told = |it: &Known| format!("{} {:.4}{} {}", it.name, it.value, sure(it.u95), it.unit);
+        let numbers = entry.numbers.iter().map(told);
         vec![
             number.to_string(),
             entry.names.join(", "),

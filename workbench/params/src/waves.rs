@@ -105,7 +105,7 @@ pub fn table(waves: &[Wave], config: &Config) -> Option<PlaceLoad> {
         trusted: true,
         absolute: false,
         period_counts: period as u32,
-        constant_v: constant.iter().map(|wave| wave.amplitude_v).sum(),
+        constant_v: constant.iter().fold(0.0, |sum, wave| sum + wave.amplitude_v),
         sines: waves.iter().map(sine).collect(),
     })
 }

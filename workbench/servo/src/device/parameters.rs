@@ -5,7 +5,7 @@
 use crate::device::commission_report::{Kept, Params};
 use crate::device::link::range_text;
 use crate::device::place_load::PlaceLoad;
-use servo::compensate::modelled::NAMES;
+use servo::compensate::modelled::{Modelled, NAMES};
 use servo::compensate::position_load::PositionLoad;
 use servo::config::{Config, SETTINGS, Setting, Value};
 use servo::identify::estimate::{EstimatesReport, Reported};
@@ -116,10 +116,8 @@ pub(crate) fn entry(fault: &str, action: &str) -> Result<(Fault, Action), InputE
         let near = nearest(fault, Fault::ALL.iter().map(|known| known.name()));
         let near = near.map_or(String::new(), |near| format!("the nearest is {near}, "));
         let names: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
-        return Err(InputError(format!(
-            "`{fault}` is no fault of [protection]; {near}all are {}",
-            names.join(", ")
-        )));
+        let all = names.join(", ");
+        return Err(InputError(format!("`{fault}` is no fault of [protection]; {near}all are {all}")));
     };
     let actions = [Action::Open, Action::Brake, Action::Hold];
     let chosen = actions.into_iter().find(|known| known.name() == action);
@@ -239,11 +237,9 @@ fn put(config: &mut Config, row: &Setting, text: &str) -> Option<()> {
 
 /// Takes `key=value` over. The set as a whole is checked by the servo.
 pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), InputError> {
-    let Some((name, value)) = assignment.split_once('=') else {
-        return Err(InputError(format!(
-            "`{assignment}` is no assignment; write key=value, e.g. loops.bandwidth=1.5"
-        )));
-    };
+    let no =
+        || InputError(format!("`{assignment}` is no assignment; write key=value, e.g. loops.bandwidth=1.5"));
+    let (name, value) = assignment.split_once('=').ok_or_else(no)?;
     let (name, value) = (name.trim(), value.trim());
     if let Some(fault) = name.strip_prefix(PROTECTION) {
         return set_action(parameters, fault, value.trim_matches('"'));
@@ -261,7 +257,9 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
         (.., Some(at)) => value.parse().ok().and_then(|value| tell(parameters, at, value)),
         _ => return Err(no_key(name)),
     };
-    let wrong = || InputError(format!("`{value}` is no value of {name}; write a number, true or false"));
+    let most = told.map(|at| format!("at most {:.3}", Modelled::most(&before.config)[at]));
+    let most = most.unwrap_or("true or false".into());
+    let wrong = || InputError(format!("`{value}` is no value of {name}; write a number, {most}"));
     done.ok_or_else(wrong)?;
     if units(&before.config) != units(&parameters.config)
         && let Some(report) = estimates(&before)
@@ -276,7 +274,9 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
 
 fn no_key(name: &str) -> InputError {
     let all = SETTINGS.iter().map(|row| row.field.name());
-    let near = nearest(name, all.chain(KEYS.iter().map(|key| key.name)));
+    let told = NAMES.map(|it| format!("{IDENTIFIED}{}", it[0]));
+    let near =
+        nearest(name, all.chain(KEYS.iter().map(|key| key.name)).chain(told.iter().map(String::as_str)));
     let near = near.map_or(String::new(), |near| format!("; the nearest is {near}"));
     InputError(format!("`{name}` is no key{near} (`truing params get` lists those that are set)"))
 }
