@@ -25,7 +25,7 @@ use servo::store::AxisParameters;
 use truing_core::system::effects::OnChip;
 use truing_core::system::model::{Known, Model, NAMED};
 use truing_core::system::plant::laws::Law;
-use truing_core::system::plant::physics::{Drive, Physics};
+use truing_core::system::plant::physics::Drive;
 use truing_core::text::input_error::InputError;
 use truing_servo::device::commission_report::{Kept, Params};
 use truing_servo::device::motor::builtin;
@@ -72,6 +72,9 @@ impl Export {
 pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> {
     check(model, config)?;
     let mut value = Terminal::of(model);
+    let finite = [value.gain, value.time_constant].into_iter().chain(value.dead_zone).all(f64::is_finite);
+    let why = || InputError::file(&model.source, "a number that follows from it is none; look at the model");
+    finite.then_some(()).ok_or_else(why)?;
     let supply_v = f64::from(config.supply_nominal_v);
     let mut doubts = Vec::new();
     if value.told[6] > NEAR_STANDSTILL * supply_v {
@@ -164,8 +167,7 @@ fn behind<'a>(model: &'a Model, pick: Pick) -> Vec<(&'static str, Option<&'a str
         (pick(&Terminal::of(&without)) - whole).abs() > 1e-9 * whole.abs()
     };
     let known = model.known.iter().enumerate().filter(|(place, _)| moves(*place));
-    let effects = known.map(|(_, known)| known.effect.name);
-    effects.map(|name| (name, model.standing(name))).collect()
+    known.map(|(_, known)| (known.effect.name, model.standing(known.effect.name))).collect()
 }
 
 /// Why the effects in a number are not to be trusted, if so.
@@ -229,7 +231,9 @@ impl Terminal {
         let zone = [plant.dead_pos, plant.dead_neg];
         let limit = [plant.limit - plant.drive_offset, plant.limit * plant.limit_skew + plant.drive_offset];
         let (motor, winding) = (plant.time_constant_s(), plant.inductance / plant.resistance);
-        let (first, later) = (motor + electrical(&plant), plant.lag_s + plant.delay_s);
+        // The sum of the two time constants of winding and inertia exceeds the mechanical one.
+        let first = motor + plant.inductance * plant.viscous / (plant.resistance * plant.total_damping());
+        let later = plant.lag_s + plant.delay_s;
         let second = motor * winding + first * later + plant.delay_s * (plant.lag_s + 0.5 * plant.delay_s);
         let skew = 0.5 * (plant.viscous_pos - plant.viscous_neg) / plant.total_damping();
         let (mechanism, share) = mechanism(zone, friction, plant.drop_v);
@@ -245,11 +249,6 @@ impl Terminal {
             mechanism,
         }
     }
-}
-
-/// The sum of the two time constants of winding and inertia exceeds the mechanical one by this.
-fn electrical(plant: &Physics) -> f64 {
-    plant.inductance * plant.viscous / (plant.resistance * plant.total_damping())
 }
 
 /// The one that makes nearly all of it, or the larger one beside friction, with the share of that.
