@@ -228,7 +228,7 @@ impl OverSpeed {
 /// friction grows near standstill. With the steady voltage e of the reference's speed, friction takes
 ///
 /// ```text
-/// width·(share + breakaway·g)        g = (1 − (e/4·stribeck)²)¹⁶ ≈ exp(−(e/stribeck)²), off by at most 0.02
+/// width·(share + breakaway·g)        g = (1 − (e/(4·stribeck))²)¹⁶ ≈ exp(−(e/stribeck)²), off by at most 0.02
 /// ```
 ///
 /// B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, *Automatica* 30(7), 1994.

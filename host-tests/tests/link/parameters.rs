@@ -230,6 +230,14 @@ fn damping_of_two_sides_and_drag_become_what_speed_takes_beyond_the_linear_motor
     assert!(error.to_string().contains("`-0.01` is no value"), "{error}");
 }
 
+#[test]
+fn a_spring_without_a_straight_part_is_no_table() {
+    let cubic = "stiffness_nm_per_rad = 0.0\nrest_rad = 1.0\ncubic_nm_per_rad3 = 0.001\n";
+    let (export, _) = exported(&format!("[known.torsional_spring]\n{cubic}"));
+    assert_eq!(export.params.position_load, None);
+    assert_eq!(export.left_out, ["torsional_spring.cubic_nm_per_rad3"]);
+}
+
 /// By hand, 40 V a N m: a zone of 0.6 V beside 0.4 V of friction, which is 0.8 V at breakaway; 0.5 rad/s take 25 mV.
 #[test]
 fn friction_beside_a_dead_zone_keeps_its_share_and_its_growth_near_standstill() {

@@ -60,7 +60,8 @@ fn wave(model: &Model, known: &Known, supply_v: f64) -> Option<Wave> {
         Some((Law::Gravity, [a, b, _])) => (a, volts(a / gear), [1.0 / gear, 0.0], [b, std(1)]),
         Some((Law::Cogging, [a, b, c])) => (a, volts(a), [b, std(1)], [c, std(2)]),
         Some((Law::Constant, [a, ..])) => (a, -volts(a), [0.0; 2], [0.0; 2]),
-        Some((Law::Spring, [a, rest, _])) => {
+        // One that is cubic alone is no sine.
+        Some((Law::Spring, [a, rest, _])) if a > 0.0 => {
             let steep = volts(a) / (SPRING_SHARE * supply_v);
             let per_turn = if steep < 1.0 { (1.0 / steep).floor().recip() } else { steep.ceil() };
             (a, volts(a) / per_turn, [per_turn, 0.0], [-rest * per_turn, 0.0])
