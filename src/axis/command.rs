@@ -277,11 +277,9 @@ impl Axis {
         let target = origin.wrapping_add(self.counts(rad)?);
         self.within_travel(state, target, 0.0)?;
         let start = state.present();
-        let limits = state.design.limits.with_supply(self.pwm.ceiling(&state.pwm));
-        let course = Move::plan(&start, Position::of_count(target), &limits).ok_or(Refusal::OutOfRange)?;
-        state.begin(&start);
-        state.mode = Mode::Move(course);
-        Ok(())
+        let back = self.back(state, target, &start);
+        let turn = Position::of_count(target.wrapping_sub(back));
+        state.set_out(&start, turn, back, self.pwm.ceiling(&state.pwm))
     }
 
     pub(super) fn counts(&self, rad: f32) -> Result<i32, Refusal> {
@@ -388,6 +386,7 @@ impl Axis {
     }
 
     /// Is `centre ± swing` between the end stops?
+    #[inline(never)]
     pub(super) fn within_travel(&self, state: &State, centre: i32, swing: f32) -> Result<(), Refusal> {
         let from_zero = centre.wrapping_sub(state.origin()) as f32;
         let [lower, upper] = self.scale.travel_counts.map(|stop| stop as f32);

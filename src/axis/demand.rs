@@ -1,10 +1,10 @@
 //! Set-point → what the loops ask of the bridge.
 
-use super::Bridge;
 use super::state::{Mode, State};
+use super::{Bridge, Refusal};
 use crate::control::Reference;
 use crate::motion::stream::{Flow, Step};
-use crate::motion::trajectory::Cruise;
+use crate::motion::trajectory::{Cruise, Move};
 use crate::record::Limit;
 use crate::units::{Position, Speed, Voltage, limited};
 
@@ -66,9 +66,39 @@ impl State {
             }
         };
         if let Some(position) = arrived {
-            self.mode = Mode::Hold(position);
+            self.arrive(position);
         }
         reference
+    }
+
+    /// Stays there, if it is no place beyond the target of a move.
+    #[cold]
+    #[inline(never)]
+    fn arrive(&mut self, position: Position) {
+        let back = if let Mode::Move(course) = &self.mode { course.back } else { 0 };
+        self.mode = Mode::Hold(position);
+        if back != 0 {
+            let target = position.plus(i64::from(back) << 32);
+            // A way back that cannot be is not made.
+            let _ = self.set_out(&Reference::rest(position), target, 0, Voltage::NOMINAL);
+        }
+    }
+
+    /// A move begins here, with as much voltage as this supply gives, and once it is there goes so many counts back.
+    #[inline(never)]
+    pub(super) fn set_out(
+        &mut self,
+        start: &Reference,
+        target: Position,
+        back: i32,
+        supply: Voltage,
+    ) -> Result<(), Refusal> {
+        let limits = self.design.limits.with_supply(supply);
+        let mut course = Move::plan(start, target, &limits).ok_or(Refusal::OutOfRange)?;
+        course.back = back;
+        self.begin(start);
+        self.mode = Mode::Move(course);
+        Ok(())
     }
 
     /// The set-point that a stream gives, and what becomes of the stream.

@@ -5,10 +5,11 @@
 //! session in which it came; one over the angle from the reference once that was found. A stored table waits for the reference.
 //! Once counts may have been lost none acts. A constant without sines is the same everywhere, and always acts.
 
-use super::{Axis, Refusal, State};
+use super::{Axis, Mode, Refusal, State};
 use crate::compensate::modelled::{Modelled, Told};
-use crate::compensate::position_load::{PositionLoad, Step};
-use crate::units::{Voltage, VoltageQ14};
+use crate::compensate::position_load::{PositionLoad, SHARE_BITS, Step};
+use crate::control::Reference;
+use crate::units::{Position, Voltage, VoltageQ14, mul_shift_within};
 
 /// The load over the place, and what a model tells.
 #[derive(Clone, Copy, Debug, Default)]
@@ -18,8 +19,8 @@ pub(crate) struct Load {
     /// The same, as the identifier takes it.
     pub(crate) q14: VoltageQ14,
     acts: bool,
-    /// It is not too steep for the loops.
-    suits: bool,
+    /// Share of it that does not follow the shaft, Q15 ([`PositionLoad::rest`]).
+    pub(super) rest: u16,
     /// Counter where that was computed.
     count: i32,
     /// Counter at the table's zero; `None`: not known.
@@ -28,9 +29,19 @@ pub(crate) struct Load {
     table: PositionLoad,
     /// What a model tells the compensator; `None`: nothing.
     pub(super) told: Option<Told>,
+    /// Play of a gear that a move takes out of it, counts.
+    pub(super) play: u16,
 }
 
 impl Load {
+    /// As at power-up. What means nothing without a table stays.
+    pub(super) fn forget(&mut self) {
+        let Self { voltage, q14, acts, rest, count: _, place, step: _, table, told, play } = self;
+        (*voltage, *q14, *acts, *rest, *play) = Default::default();
+        (*place, *told) = (None, None);
+        *table = PositionLoad::default();
+    }
+
     /// Friction's share of a dead zone that is mostly something else, Q16.
     pub(super) fn friction_share(&self) -> u16 {
         self.told.map_or(0, |told| told.dry.share)
@@ -70,13 +81,27 @@ impl Load {
         self.count = count;
         (self.acts, self.voltage) = (false, Voltage::ZERO);
         if let Some(place) = self.zero()
-            && self.suits
             && self.is_chosen()
         {
             self.acts = true;
             self.voltage = self.step.voltage(&self.table, count.wrapping_sub(place));
         }
         self.q14 = self.voltage.q14();
+    }
+
+    /// What of a table that is too steep for the loops holds a shaft that should be at `aim`: a share of it follows the shaft, and the rest
+    /// that place.
+    fn mixed(&self, aim: Position) -> Voltage {
+        if !self.acts {
+            return Voltage::ZERO;
+        }
+        // A constant has no slope, and so no need of this.
+        let there = self.step.voltage(&self.table, aim.count().wrapping_sub(self.place.unwrap_or(0)));
+        self.voltage.plus(Voltage(mul_shift_within(
+            there.minus(self.voltage).0,
+            self.rest.into(),
+            SHARE_BITS,
+        )))
     }
 
     /// Is there one that is to act, may, and does not?
@@ -98,7 +123,7 @@ impl Load {
     #[inline(never)]
     pub(super) fn renew(&mut self, per_count: f32) {
         self.step = self.table.step();
-        self.suits = self.table.check(per_count).is_ok();
+        self.rest = self.table.rest(per_count);
         self.settle(self.count);
     }
 
@@ -127,6 +152,18 @@ impl Load {
     }
 }
 
+impl State {
+    /// What of the table is added while some of it does not follow the shaft: where there is no place to be at, all of it does.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn steep_load(&self) -> Voltage {
+        if matches!(self.mode, Mode::Drive(_)) {
+            return self.load.voltage;
+        }
+        self.load.mixed(self.reference.position)
+    }
+}
+
 impl Axis {
     /// At any time.
     pub(super) fn compensation(&self, state: &mut State, on: bool) -> Result<(), Refusal> {
@@ -146,11 +183,19 @@ impl Axis {
     pub(super) fn position_load(&self, state: &mut State, load: &PositionLoad) -> Result<(), Refusal> {
         self.unexcited(state)?;
         let per_count = state.design.loops.per_count();
-        load.check(per_count).map_err(Refusal::Value)?;
+        load.check().map_err(Refusal::Value)?;
         let before = state.load.voltage;
         state.load.take(load, if load.is_absolute() { state.datum } else { Some(0) }, state.count);
         state.load.renew(per_count);
         state.control.shift(before.minus(state.load.voltage));
         Ok(())
+    }
+
+    /// How far beyond its target a move that goes down turns, counts. Where the end stop is nearer than that, it does not.
+    pub(super) fn back(&self, state: &State, target: i32, start: &Reference) -> i32 {
+        let play = i32::from(state.load.play);
+        let down = target.wrapping_sub(start.position.count()) < 0 && state.compensation;
+        let fits = down && self.within_travel(state, target.wrapping_sub(play), 0.0).is_ok();
+        if fits { play } else { 0 }
     }
 }

@@ -512,7 +512,8 @@ impl Axis {
             return terminal;
         };
         // Before the inverse: the push through an input dead zone has the sign of the sum.
-        let linear = demand.voltage.plus(state.load.voltage);
+        let load = if state.load.rest == 0 { state.load.voltage } else { state.steep_load() };
+        let linear = demand.voltage.plus(load);
         let (compensator, rests) = (&state.design.compensator, state.reference.rests());
         let wanted = match (towards, &state.load.told) {
             _ if !state.compensation => linear,

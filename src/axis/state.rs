@@ -229,13 +229,13 @@ impl Axis {
         (*tick, *count) = (0, 0);
         (*zero, *datum, *search, *acted, *outcome, *held, *commissioning) = Default::default();
         (*dry, *missed, *index, *armed, *idle, *holding) = (false, false, false, false, false, false);
-        (*compensation, *ordered) = (true, true);
+        (*compensation, *ordered, *renewal) = (true, true, design::Stage::Motor);
         (*mode, *limit, *listener, *voltage) = (Mode::Idle, Limit::None, Listener::None, Voltage::ZERO);
         (*standstill, *reference) = (encoder::Standstill::default(), Reference::default());
-        (*known, *last_trusted, *load, *encoder, *pwm, *current_limit) = Default::default();
+        (*known, *last_trusted, *encoder, *pwm, *current_limit) = Default::default();
+        load.forget();
         // It follows in the next ticks, a stage each, or at once when a command asks for it.
         *design = Design::default();
-        *renewal = design::Stage::Motor;
         *control = control::State::new(self.scale.config.pwm_delay_ticks);
         protect.restart();
     }
@@ -246,13 +246,15 @@ impl State {
     pub(super) fn take(&mut self, modelled: Modelled) {
         self.control.take(modelled.lag);
         self.load.told = Some(modelled.told()).filter(|told| *told != Told::default());
+        self.load.play = modelled.play;
         self.design.observer.lag(u32::from(modelled.lag));
     }
 
     /// What [`State::take`] was told.
     pub(super) fn modelled(&self) -> Modelled {
         let Told { load_friction, over_speed, dry } = self.load.told.unwrap_or_default();
-        Modelled { lag: self.control.lag(), load_friction: load_friction.share(), over_speed, dry }
+        let (lag, play) = (self.control.lag(), self.load.play);
+        Modelled { lag, load_friction: load_friction.share(), over_speed, dry, play }
     }
 
     /// The loops are to use what is known now, as far as it is trusted.
@@ -319,7 +321,8 @@ impl State {
             Listener::Commissioning(commissioning) => commissioning.is_crowded(),
             Listener::None | Listener::Start(_) => false,
         };
-        !self.idle && (listening || self.mode.is_computing())
+        let turning = matches!(&self.mode, Mode::Move(course) if course.turns());
+        !self.idle && (listening || turning || self.mode.is_computing())
     }
 
     /// Have the gains followed all that is known?

@@ -1,5 +1,5 @@
 //! What a model tells of the motor and no commissioning finds: its lag, friction that grows with the torque, what speed takes beyond
-//! the linear motor, and how the dead zone is made up. The lag is fed forward by [`crate::control`].
+//! the linear motor, how the dead zone is made up, and the play of a gear. The lag is fed forward by [`crate::control`].
 
 use crate::config::Config;
 use crate::units::{ONE_TICK, Voltage, limited, mul_shift_within, to_fixed};
@@ -12,8 +12,12 @@ use serde::{Deserialize, Deserializer, Serialize, Serializer};
 const ONE_BITS: u32 = 16;
 const ONE: f32 = (1u32 << ONE_BITS) as f32;
 /// Numbers of [`Modelled`].
-pub const NUMBERS: usize = 7;
+pub const NUMBERS: usize = 8;
 const SKEW: usize = 2;
+/// Place of the breakaway among [`Modelled::values`], and of its voltage.
+pub const BREAKAWAY: [usize; 2] = [5, 6];
+/// Place of the play.
+pub const PLAY: usize = 7;
 /// Key, name and unit (none for a share) of each, in the order of [`Modelled::values`].
 pub const NAMES: [[&str; 3]; NUMBERS] = [
     ["lag_s", "lag", "s"],
@@ -23,10 +27,11 @@ pub const NAMES: [[&str; 3]; NUMBERS] = [
     ["friction_share", "friction in the dead zone", ""],
     ["breakaway", "breakaway", ""],
     ["stribeck_v", "Stribeck voltage", "V"],
+    ["backlash_rad", "backlash", "rad"],
 ];
 
 /// What a model tells of the motor and no commissioning finds. Stored and sent as a number of 16 bits a part, the first part in the lowest
-/// ones, and where something is known of dry friction, which a free bit of the first number then tells, a second one.
+/// ones, and where something is known of dry friction or play, which a free bit of the first number then tells, a second one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modelled {
     /// The smaller time constant of the motor: what winding, drive and delay keep back of the acceleration. Control ticks, Q4, up to
@@ -38,6 +43,11 @@ pub struct Modelled {
     pub over_speed: OverSpeed,
     /// How the dead zone is made up.
     pub dry: DryFriction,
+    /// Free play between motor and load, counts; 0: none is known. A move that goes down goes so far beyond its target and comes back, so
+    /// that all targets are reached on the same flank of the teeth.
+    ///
+    /// Nordin, Gutman: *Controlling mechanical systems with backlash, a survey*, Automatica 38(10), 2002.
+    pub play: u16,
 }
 
 /// What of it the compensator takes.
@@ -72,18 +82,19 @@ impl Modelled {
             lag: part(0),
             load_friction: part(1),
             over_speed: OverSpeed { skew: all[SKEW] as i16, drag: part(3) },
-            dry: DryFriction { share: part(4), breakaway: part(5), stribeck: part(6) },
+            dry: DryFriction { share: part(4), breakaway: part(BREAKAWAY[0]), stribeck: part(BREAKAWAY[1]) },
+            play: part(PLAY),
         })
     }
 
     /// The largest of each.
     const MOST: [f32; NUMBERS] = {
         let most = u16::MAX as f32;
-        [most, LoadFriction::MOST as f32, i16::MAX as f32, most, most, most, most]
+        [most, LoadFriction::MOST as f32, i16::MAX as f32, most, most, most, most, most]
     };
 
     /// The largest magnitudes of [`Modelled::values`]: 4095 ticks, a quarter, a half, twice the inverse of the supply, one, sixteen, the
-    /// supply.
+    /// supply, 65,535 counts.
     #[must_use]
     pub fn most(config: &Config) -> [f32; NUMBERS] {
         let ones = Self::ones(config);
@@ -97,7 +108,7 @@ impl Modelled {
         self.numbers().into_iter().zip(other.numbers()).any(apart)
     }
 
-    /// Lag in s, share of the torque, skew, drag in 1/V, share of the friction, breakaway, and its voltage in V.
+    /// Lag in s, share of the torque, skew, drag in 1/V, share of the friction, breakaway, its voltage in V, and backlash in rad.
     #[must_use]
     pub fn values(&self, config: &Config) -> [f32; NUMBERS] {
         let (numbers, ones) = (self.numbers(), Self::ones(config));
@@ -105,10 +116,10 @@ impl Modelled {
     }
 
     fn numbers(&self) -> [i32; NUMBERS] {
-        let Self { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry } = *self;
+        let Self { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry, play } = *self;
         let DryFriction { share, breakaway, stribeck } = dry;
         let [lag, load_friction, drag, share] = [lag, load_friction, drag, share].map(i32::from);
-        [lag, load_friction, skew.into(), drag, share, breakaway.into(), stribeck.into()]
+        [lag, load_friction, skew.into(), drag, share, breakaway.into(), stribeck.into(), play.into()]
     }
 
     /// What one of each unit is in the numbers.
@@ -116,7 +127,9 @@ impl Modelled {
         let supply = config.supply_nominal_v;
         let drag = (1u32 << OverSpeed::DRAG_BITS) as f32 * supply;
         let breakaway = (1u32 << DryFriction::BREAKAWAY_BITS) as f32;
-        [config.tick_hz as f32 * ONE_TICK as f32, ONE, ONE, drag, ONE, breakaway, ONE / supply]
+        let counts_per_rad = config.counts_per_rev as f32 / core::f32::consts::TAU;
+        let ticks = config.tick_hz as f32 * ONE_TICK as f32;
+        [ticks, ONE, ONE, drag, ONE, breakaway, ONE / supply, counts_per_rad]
     }
 }
 
@@ -134,17 +147,19 @@ impl From<[u64; 2]> for Modelled {
                 breakaway: (second >> 16) as u16,
                 stribeck: (second >> 32) as u16,
             },
+            play: (second >> 48) as u16,
         }
     }
 }
 
 impl From<Modelled> for [u64; 2] {
     fn from(it: Modelled) -> Self {
-        let Modelled { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry } = it;
+        let Modelled { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry, play } = it;
         let DryFriction { share, breakaway, stribeck } = dry;
         let upper = u64::from(drag) << 48 | u64::from(skew as u16) << 32;
         let first = upper | u64::from(load_friction) << 16 & !MORE | u64::from(lag);
-        let second = u64::from(stribeck) << 32 | u64::from(breakaway) << 16 | u64::from(share);
+        let lower = u64::from(breakaway) << 16 | u64::from(share);
+        let second = u64::from(play) << 48 | u64::from(stribeck) << 32 | lower;
         [if second == 0 { first } else { first | MORE }, second]
     }
 }

@@ -9,8 +9,9 @@
 //! same voltage as the one at the start.
 //!
 //! The axis adds the voltage before the inverse of the dead zone, so that what is pushed through an input dead zone has the
-//! sign of the sum; observer, identification and protection get it taken off. The sum is bounded by [`MOST_SHARE`], and by
-//! its slope, which a wrong table takes from the stiffness of the loops ([`MOST_SLOPE`]).
+//! sign of the sum; observer, identification and protection get it taken off. The sum is bounded by [`MOST_SHARE`]. A wrong table takes
+//! its slope from the stiffness of the loops, so of one that is steeper than they bear only a share is that of the place where the shaft
+//! is, and the rest that of the place where it should be ([`PositionLoad::rest`]): this cannot swing, whatever the table.
 //!
 //! ```
 //! use servo::config::Config;
@@ -37,11 +38,13 @@ pub const MOST_SHARE: f32 = 0.5;
 const MOST_PERIOD: u32 = (1 << 24) - 1;
 /// Counts of a cycle, at least: below, the counter does not resolve its sine.
 const LEAST_COUNTS: u32 = 8;
-/// Slope of the table over the voltage that the position loop answers to a count, at most. A table with the wrong sign takes its
-/// slope from the loop. The loops are stable up to a slope of `1 − INTEGRAL_SHARE/2` = 0.92 (see [`crate::control`]).
+/// Slope of what follows the shaft over the voltage that the position loop answers to a count, at most. A table with the wrong sign takes
+/// its slope from the loop. The loops are stable up to a slope of `1 − INTEGRAL_SHARE/2` = 0.92 (see [`crate::control`]).
 pub const MOST_SLOPE: f32 = 0.9;
 /// Fraction bits of amplitudes and constant.
 const BITS: u32 = 15;
+/// Fraction bits of [`PositionLoad::rest`].
+pub const SHARE_BITS: u32 = 15;
 /// [`MOST_SHARE`] in it.
 const BOUND: i32 = (MOST_SHARE * (1 << BITS) as f32) as i32;
 const TWO_PI: f32 = core::f32::consts::TAU;
@@ -95,7 +98,7 @@ impl Load<'_> {
             *term = Term { cycles, amplitude: fixed(amplitude_v) as u16, phase }.packed();
         }
         let table = table.switched(true).trusted(true);
-        table.check(f32::MAX)?;
+        table.check()?;
         Ok(table)
     }
 }
@@ -206,12 +209,12 @@ impl PositionLoad {
         self.terms.into_iter().map(Term::of).filter(|term| term.amplitude != 0)
     }
 
-    /// Can it be, beside a position loop that answers `per_count` nominal supplies to an error of one count?
+    /// Can it be?
     ///
     /// # Errors
-    /// A number is outside of its range, or the table too steep; the error names it.
+    /// A number is outside of its range; the error names it.
     #[inline(never)]
-    pub fn check(&self, per_count: f32) -> Result<(), ConfigError> {
+    pub fn check(&self) -> Result<(), ConfigError> {
         let (most, mut sum) =
             (self.period_counts() / LEAST_COUNTS, i32::from(self.constant()).saturating_abs());
         for &word in &self.terms {
@@ -222,14 +225,15 @@ impl PositionLoad {
                 sum = i32::MAX;
             }
         }
-        within(Field::LoadAmplitude, sum as f32, 0.0, BOUND as f32)?;
-        within(Field::LoadSlope, self.slope(), 0.0, MOST_SLOPE * per_count)
+        within(Field::LoadAmplitude, sum as f32, 0.0, BOUND as f32)
     }
 
-    /// May it act beside a position loop that answers so many nominal supplies to a count?
+    /// Which share of it may not follow the shaft beside a position loop that answers so many nominal supplies to a count, Q15.
     #[must_use]
-    pub fn suits(&self, per_count: f32) -> bool {
-        self.slope() <= MOST_SLOPE * per_count
+    pub fn rest(&self, per_count: f32) -> u16 {
+        const ALL: f32 = (1 << SHARE_BITS) as f32;
+        // Nothing of one without a slope: what is negative or no number becomes 0.
+        (ALL - ALL * MOST_SLOPE * per_count / self.slope()) as u16
     }
 
     /// The steepest that it can be, nominal supplies per count.

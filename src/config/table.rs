@@ -380,7 +380,5 @@ settings! {
         LoadPhase = "position_load.phase_rad",
         /// How many harmonics there are.
         LoadHarmonics = "position_load.harmonics",
-        /// The slope of the table, nominal supplies per count, beside what the position loop answers to a count.
-        LoadSlope = "position_load.amplitude_v x cycles / period_counts (steepness beside the loops)",
     }
 }

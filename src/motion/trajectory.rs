@@ -203,6 +203,8 @@ pub struct Move {
     braking: i32,
     /// α₀T², Q8; α₀T, Q20.
     bent: [i32; 2],
+    /// Counts that it goes back once it is there.
+    pub(crate) back: i32,
 }
 
 impl Move {
@@ -231,7 +233,13 @@ impl Move {
             carried: to_fixed(speed * ticks, 8),
             braking: to_fixed(speed / ticks, ACCELERATION_BITS),
             bent: [to_fixed(acceleration * ticks * ticks, 8), to_fixed(acceleration * ticks, SPEED_BITS)],
+            back: 0,
         })
+    }
+
+    /// Does it turn in the next tick?
+    pub(crate) fn turns(&self) -> bool {
+        self.back != 0 && self.clock.elapsed >= self.clock.length
     }
 
     /// The set-point of this tick; at rest at the target after the last.

@@ -99,7 +99,7 @@ impl AxisParameters {
     pub(crate) fn within_range(&self) -> Result<(), ConfigError> {
         let (low, high) = Tuning::BANDWIDTHS;
         within(Field::Bandwidth, self.tuning.bandwidth, low, high)?;
-        self.position_load.check(f32::MAX)?;
+        self.position_load.check()?;
         self.estimates.check()
     }
 }

@@ -3,6 +3,7 @@
 use servo::axis::Command;
 use servo::compensate::modelled::{DryFriction, LoadFriction, Modelled, OverSpeed};
 use servo::protect::Fault;
+use servo::record::Activity;
 use std::f64::consts::TAU;
 use trials::bench::Bench;
 use trials::families::{Cause, Family, Options, Plant, Seeds, Severity};
@@ -70,5 +71,47 @@ fn the_wildest_that_a_model_can_tell_disturbs_and_makes_nothing_unstable() {
                 assert_eq!(bench.state.fault(), Fault::None, "{told:?}");
             }
         }
+    }
+}
+
+/// A load that its own friction holds, behind a gear with play: by how much its places differ between moves that come from above and from
+/// below, rad. Where an end stop leaves no room to turn, a move goes straight there.
+#[test]
+fn a_move_ends_on_the_same_flank_of_the_teeth_from_wherever_it_comes() {
+    const GAP: f64 = 0.1;
+    for cause in [Cause::Friction, Cause::Input] {
+        let options = Options { cause: Some(cause), ..Options::default() };
+        let plant = Plant::draw(Family::G3, Severity::Nominal, Seeds::Evaluation(772_000), &options);
+        let per_rad = f64::from(plant.config.counts_per_rev) / TAU;
+        let mut between_stops = plant.clone();
+        between_stops.config.travel_limit_rad = Some([-1.05, 3.0]);
+        let spread = |plant: &Plant, play: f64, compensation: bool, targets: &[f32]| {
+            let mut bench = knowing(plant);
+            let told = Modelled { play: (play * per_rad) as u16, ..Modelled::default() };
+            bench.ask(Command::Modelled(told)).expect("accepted");
+            bench.ask(Command::Compensation(compensation)).expect("accepted");
+            let (mut load, mut lowest) = (bench.board.reading().theta, f64::MAX);
+            let mut places = Vec::new();
+            for target in targets {
+                bench.ask(Command::Position(*target)).expect("ready");
+                bench.run(6.0, |_, reading| {
+                    load = load.clamp(reading.theta - GAP / 2.0, reading.theta + GAP / 2.0);
+                    lowest = lowest.min(reading.theta);
+                });
+                assert_eq!(bench.state.activity(), Activity::Holding);
+                places.push(load - f64::from(*target));
+            }
+            let most = places.iter().copied().fold(f64::MIN, f64::max);
+            [most - places.iter().copied().fold(f64::MAX, f64::min), lowest]
+        };
+        let targets = [1.0, 0.0, 2.0, 1.9, -1.0, 0.5, 0.4];
+        let [without, _] = spread(&plant, 0.0, true, &targets);
+        let [with, lowest] = spread(&plant, 1.1 * GAP, true, &targets);
+        assert!((without - GAP).abs() < 0.02 && with < 0.02, "{cause:?}: {without} rad, {with} rad");
+        assert!((lowest + 1.0 + 1.1 * GAP).abs() < 0.02, "{cause:?}: down to {lowest} rad");
+        let [off, _] = spread(&plant, 1.1 * GAP, false, &targets);
+        assert!(off > 0.8 * GAP, "{cause:?}: {off} rad without compensation");
+        let [_, lowest] = spread(&between_stops, 1.1 * GAP, true, &targets);
+        assert!((lowest + 1.0).abs() < 0.02, "{cause:?}: down to {lowest} rad between end stops");
     }
 }

@@ -3,8 +3,9 @@
 use crate::rig::{DEAD_ZONE, Held, bench, bits, config, improved, job, linear, motor, power_up, text};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
-use servo::axis::Bridge;
+use servo::axis::{Axis, Bridge};
 use servo::compensate::modelled::Modelled;
+use servo::compensate::position_load::PositionLoad;
 use servo::identify::estimate::{Estimate, Mechanism, Standing};
 use servo::link::protocol::Command;
 use servo::motion::excitation::{Sweep, Waveform};
@@ -23,6 +24,7 @@ use truing::improve::history;
 use truing::improve::improving::{self, Job, Stop};
 use truing::improve::recording;
 use truing::improve::trial::{self, Tried};
+use truing::params::compensation;
 use truing::system::model::{self, KT, Model};
 use truing::text::input_error::InputError;
 
@@ -94,6 +96,55 @@ fn a_winding_that_lags_is_fed_forward() {
     for it in &trial.motions {
         assert!(it.ratio.low > 2.0, "{} {}", it.motion.name, it.ratio.text());
     }
+}
+
+/// What only a model tells is all of this one: a later model without a lag or a load takes the old numbers out of force.
+#[test]
+fn a_model_takes_back_what_an_earlier_one_told() {
+    let teeth =
+        |nm: f64| format!("[known.cogging]\namplitude_nm = {nm}\nperiods_per_rev = 12.0\nphase_rad = 0.3\n");
+    let beside = |effects: &str, base: &AxisParameters| {
+        candidate::candidate(&motor(effects), base, None).expect("a set").0
+    };
+    let told = beside(&(teeth(0.02) + "[known.quadratic_drag]\ndrag_nms2 = 1e-6\n"), &linear());
+    assert!(told.modelled.over_speed.drag > 0 && told.position_load.period_counts() > 0);
+    let later = beside(DEAD_ZONE, &told);
+    assert_eq!((later.modelled.over_speed.drag, later.position_load), (0, PositionLoad::default()));
+    assert!(candidate::differs(&later, &told));
+}
+
+/// Loops that bear a table as they are stay as they are.
+#[test]
+fn loops_become_as_stiff_as_a_steep_table_asks() {
+    let bandwidth = |nm: f64, periods: f64| {
+        let teeth =
+            format!("[known.cogging]\namplitude_nm = {nm}\nperiods_per_rev = {periods}\nphase_rad = 0.3\n");
+        let (set, _) = candidate::candidate(&motor(&teeth), &linear(), None).expect("a set");
+        let axis = Axis::from_parameters(&set).expect("within the ranges");
+        let mut state = axis.start();
+        axis.adopt(&mut state, &set.estimates).expect("nothing runs");
+        (set.tuning.bandwidth, set.position_load.rest(axis.design(&mut state).loops.per_count()))
+    };
+    let usual = linear().tuning.bandwidth;
+    assert_eq!(bandwidth(0.001, 12.0), (usual, 0));
+    let (stiff, rest) = bandwidth(0.02, 12.0);
+    assert!(stiff > 1.3 * usual && rest < 300, "{stiff} {rest}");
+    // As far as lag and ticks allow.
+    let (most, rest) = bandwidth(0.2, 120.0);
+    assert!(most > stiff && most < 20.0 && rest > 3_000, "{most} {rest}");
+}
+
+/// Moves go beyond their targets with it, so the loop only tells it.
+#[test]
+fn the_play_of_a_gear_is_told_and_left_to_the_user() {
+    let play = motor("[known.backlash]\ngap_rad = 0.05\n");
+    let told = compensation::from_model(&play, &config()).expect("numbers").params.modelled;
+    assert_eq!(told.get("backlash_rad"), Some(&0.05), "{told:?}");
+    let mut base = linear();
+    base.modelled.play = 7;
+    let (set, remarks) = candidate::candidate(&play, &base, None).expect("a set");
+    assert_eq!(set.modelled.play, 7);
+    assert!(remarks.iter().any(|it| it.contains("identified.backlash_rad=0.05000")), "{remarks:?}");
 }
 
 /// A motor whose encoder dies after so many ticks, and what it read last.

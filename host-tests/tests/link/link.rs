@@ -210,6 +210,7 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
                 load_friction: 9_000,
                 over_speed: OverSpeed { skew: -700, drag: 4_000 },
                 dry: DryFriction { share: 9_000, breakaway: 4_000, stribeck: 500 },
+                play: 41,
             },
         },
     )

@@ -138,12 +138,13 @@ fn effects_become_terminal_voltages() {
     let text = format!(
         "{MODEL}[tolerance]\ndefault = 0.03\n[known.coulomb_friction]\nlevel_nm = 0.02\nlevel_nm_std = 0.001\n\
          [known.dead_zone_asymmetric]\npos_v = 0.5\nneg_v = 0.3\n[known.voltage_saturation]\nlimit_v = 9.0\n\
-         [known.constant_load]\ntorque_nm = 0.005\n[known.drive_gain]\nratio = 0.9\n[known.backlash]\ngap_rad = 0.01\n"
+         [known.constant_load]\ntorque_nm = 0.005\n[known.drive_gain]\nratio = 0.9\n[known.backlash]\ngap_rad = 0.01\nload_share = 0.3\n"
     );
     let model = model::parse("model.toml", &text).expect("a model");
     let export = compensation::from_model(&model, &config()).expect("parameters");
-    assert_eq!(export.left_out, ["backlash"]);
+    assert_eq!(export.left_out, ["backlash.load_share"]);
     let params = export.params;
+    assert_eq!(params.modelled["backlash_rad"], 0.01);
     assert_eq!(params.mechanism, Mechanism::InputDeadZone);
     assert!((params.modelled["friction_share"] - 1.6 / 2.4).abs() < 1e-9, "{:?}", params.modelled);
     let scale = config().build().expect("a configuration");

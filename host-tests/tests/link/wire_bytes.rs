@@ -59,6 +59,7 @@ fn commands() -> Vec<Command> {
             dry: DryFriction { share: 9_000, breakaway: 4_000, stribeck: 500 },
             ..Modelled::default()
         }),
+        Command::Modelled(Modelled { play: 41, ..Modelled::default() }),
     ]
 }
 

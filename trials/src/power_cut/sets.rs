@@ -32,6 +32,7 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
             load_friction: 1_000 * (1 + number % 3) as u16,
             over_speed: OverSpeed { skew: 100 - (number % 7) as i16, drag: 0 },
             dry: DryFriction { share: 30, ..DryFriction::default() },
+            play: 0,
         },
     }
 }

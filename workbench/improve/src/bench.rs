@@ -4,6 +4,7 @@ use crate::motions::Motion;
 use crate::shared::Shared;
 use serde::{Deserialize, Serialize};
 use servo::compensate::position_load::PositionLoad;
+use servo::control::Tuning;
 use servo::link::protocol::{Command, Message};
 use servo::protect::Fault;
 use servo::record::{Activity, Advisory};
@@ -144,7 +145,7 @@ impl Bench {
     pub fn runs(&self, parameters: &AxisParameters) -> Result<Runs, InputError> {
         self.put(Some(parameters))?;
         let session = Session::open(self.wire.line(), Start::Stored, self.listening)?;
-        let mut runs = Runs { session, seconds: 0.0, driven: false };
+        let mut runs = Runs { session, seconds: 0.0, driven: false, tuning: parameters.tuning };
         runs.rest(|_| true)?;
         runs.begin_here(parameters)?;
         Ok(runs)
@@ -163,6 +164,8 @@ pub struct Runs {
     pub seconds: f64,
     /// A load drives the shaft while the bridge is open.
     driven: bool,
+    /// The loops in force.
+    tuning: Tuning,
 }
 
 /// How a run ended.
@@ -179,6 +182,7 @@ impl Runs {
     /// elsewhere by the next one.
     fn begin_here(&mut self, parameters: &AxisParameters) -> Result<(), InputError> {
         let begun = self.session.command(Command::Restore(*parameters))?;
+        self.tuning = parameters.tuning;
         self.session.pause(0.0)?;
         self.session.kept.get_mut().log.rows.retain(|row| row.tick >= begun);
         Ok(())
@@ -189,6 +193,8 @@ impl Runs {
     pub fn follow(&mut self, numbers: &AxisParameters, motions: &[Motion]) -> Result<Followed, InputError> {
         // A run ends where it began: there a load's shaft is taken up at once, before it is far away.
         let _ = self.driven || self.rest(|_| true)?;
+        // No command of its own changes the loops.
+        let _ = numbers.tuning == self.tuning || self.begin_here(numbers).map(|()| true)?;
         self.session.command(Command::Adopt(numbers.estimates))?;
         self.session.command(Command::Compensation(numbers.compensation))?;
         self.session.command(Command::PositionLoad(numbers.position_load))?;

@@ -105,7 +105,8 @@ impl Entry {
         let name = |it: &Sine| format!("load, {} cycles of {} counts", it.cycles, load.period_counts);
         let sine = |it: &Sine| known(&name(it), "V", it.amplitude_v, 0.0);
         let model = modelled(candidate).map(|([_, name, unit], of)| known(name, unit, of.into(), 0.0));
-        let numbers = told.chain(model).chain(load.sines.iter().map(sine)).collect();
+        let loops = [known("bandwidth of the loops", "/τ", candidate.tuning.bandwidth.into(), 0.0)];
+        let numbers = told.chain(loops).chain(model).chain(load.sines.iter().map(sine)).collect();
         Self { numbers, after: Some(*candidate), ..self }
     }
 

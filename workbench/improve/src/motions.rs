@@ -1,7 +1,6 @@
 //! The motions by which an axis is judged: a sine at a fifth of full speed, and a slow crawl.
 
 use serde::{Deserialize, Serialize};
-use servo::axis::Axis;
 use servo::config::Config;
 use servo::link::protocol::Command;
 use servo::record::Source;
@@ -9,6 +8,7 @@ use servo::store::AxisParameters;
 use std::f64::consts::TAU;
 use truing_core::text::input_error::InputError;
 use truing_servo::device::feasible::Ability;
+use truing_servo::device::place_load::designed;
 use truing_servo::device::session::Profile;
 
 /// Peak speed of the sine, and of the crawl, as a share of full speed.
@@ -52,10 +52,7 @@ impl Motion {
 
 /// What the axis can do with these numbers; `None`: its loops cannot be closed with them.
 pub fn ability(parameters: &AxisParameters) -> Option<Ability> {
-    let axis = Axis::from_parameters(parameters).ok()?;
-    let mut state = axis.start();
-    axis.adopt(&mut state, &parameters.estimates).ok()?;
-    let closes = axis.design(&mut state).gain_source != Source::None;
+    let closes = designed(parameters)?.gain_source != Source::None;
     Ability::of(&parameters.config, &parameters.estimates).filter(|_| closes)
 }
 

@@ -2,6 +2,7 @@
 
 use crate::compensation;
 use anyhow::bail;
+use servo::compensate::modelled::{Modelled, NAMES, PLAY};
 use servo::compensate::position_load::PositionLoad;
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
@@ -13,8 +14,9 @@ use truing_core::system::model::{self, Model};
 use truing_core::text::input_error::InputError;
 use truing_files::log::{self, Columns, Dynamic, Log};
 use truing_report::report::{Exporter, model_file::ModelFile};
-use truing_servo::device::commission_report::{Found, Params};
+use truing_servo::device::commission_report::Found;
 use truing_servo::device::parameters::adopt;
+use truing_servo::device::place_load::stiff_enough;
 
 /// Relative tolerance (1 σ) of a first model's numbers: commissionings of drawn motors are off by a few percent.
 const FIRST_TOLERANCE: f64 = 0.05;
@@ -86,8 +88,9 @@ fn record(logs: &[PathBuf]) -> anyhow::Result<Dynamic> {
     Ok(record)
 }
 
-/// What the firmware would do with this model on top of what it knows, and what of the model it cannot do; only trusted numbers replace
-/// others. `seen`: what a commissioning beside the model's load has found, which counts most.
+/// What the firmware would do with this model, and what of the model it cannot do; of what a commissioning finds only trusted numbers
+/// replace others, and what only a model tells is all of this one. `seen`: what a commissioning beside its load has found, which counts
+/// most.
 ///
 /// # Errors
 /// The model is of another axis, or asks for numbers that cannot be.
@@ -97,13 +100,16 @@ pub fn candidate(
     seen: Option<&Estimates>,
 ) -> Result<(AxisParameters, Vec<String>), InputError> {
     let export = compensation::from_model(extended, &base.config)?;
-    let (remarks, params) = (export.remarks(), export.params);
-    let load = Params { position_load: params.position_load.clone(), ..Params::nothing() };
-    let mut candidate = AxisParameters { compensation: true, ..*base };
-    adopt(&mut candidate, &Params { position_load: None, ..params })?;
+    let (mut remarks, mut params, play) = (export.remarks(), export.params, NAMES[PLAY][0]);
+    let way =
+        |rad| format!("left to you: identified.{play}={rad:.5}, by which moves down pass their target first");
+    remarks.extend(params.modelled.remove(play).map(way));
+    let modelled = Modelled { play: base.modelled.play, ..Modelled::default() };
+    let position_load = PositionLoad::default();
+    let mut candidate = AxisParameters { compensation: true, modelled, position_load, ..*base };
+    adopt(&mut candidate, &params)?;
     seen.into_iter().for_each(|seen| candidate.estimates.merge(seen));
-    // The loops of these numbers decide how much of the load they bear.
-    adopt(&mut candidate, &load)?;
+    candidate.tuning.bandwidth = stiff_enough(&candidate);
     candidate
         .check()
         .map_err(|it| InputError(format!("the model asks for numbers that cannot be: {it:?}")))?;
@@ -129,6 +135,7 @@ pub fn differs(candidate: &AxisParameters, base: &AxisParameters) -> bool {
     };
     let (Some(new), Some(old)) = (trusted(candidate), trusted(base)) else { return true };
     candidate.compensation != base.compensation
+        || candidate.tuning != base.tuning
         || candidate.modelled.differs(&base.modelled)
         || !alike(&candidate.position_load, &base.position_load)
         || new.into_iter().zip(old).any(|both| match both {

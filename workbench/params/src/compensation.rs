@@ -18,10 +18,9 @@
 //! something unexplained (`standing` in the extended model).
 
 use crate::waves::{self, Wave};
-use servo::compensate::modelled::{Modelled, NAMES, NUMBERS};
+use servo::compensate::modelled::{BREAKAWAY, Modelled, NAMES, NUMBERS, PLAY};
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
-use servo::store::AxisParameters;
 use truing_core::system::effects::OnChip;
 use truing_core::system::model::{Known, Model, NAMED};
 use truing_core::system::plant::laws::Law;
@@ -29,7 +28,6 @@ use truing_core::system::plant::physics::Drive;
 use truing_core::text::input_error::InputError;
 use truing_servo::device::commission_report::{Kept, Params};
 use truing_servo::device::motor::builtin;
-use truing_servo::device::parameters::adopt;
 
 /// Half width of the 95 % interval, standard deviations.
 const U95: f64 = 1.96;
@@ -77,10 +75,12 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
     finite.then_some(()).ok_or_else(why)?;
     let supply_v = f64::from(config.supply_nominal_v);
     let mut doubts = Vec::new();
-    if value.told[6] > NEAR_STANDSTILL * supply_v {
+    if value.told[BREAKAWAY[1]] > NEAR_STANDSTILL * supply_v {
         doubts.push("breakaway: friction that falls over so much of the speed is another effect".into());
-        value.told[5..].fill(0.0);
+        BREAKAWAY.iter().for_each(|at| value.told[*at] = 0.0);
     }
+    // A way back that is too long costs time; one that is too short leaves a part of the play.
+    value.told[PLAY] += U95 * from_effects(model, &|t| t.told[PLAY]).sqrt();
     // As on the chip, other numbers are trusted with the dead zones.
     let mut number = |name: &str, pick: Pick, voltage: bool, sure: bool| {
         let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, voltage)).sqrt();
@@ -118,14 +118,12 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
         ..Params::nothing()
     };
     let mut export = Export { params, left_out: left_out(model), doubts };
-    place_load(model, config, &mut export)?;
+    place_load(model, config, &mut export);
     Ok(export)
 }
 
-/// The table of what is sure; what of it the loops with these numbers do not bear is left out.
-fn place_load(model: &Model, config: &Config, export: &mut Export) -> Result<(), InputError> {
-    let mut beside = AxisParameters::new(*config);
-    adopt(&mut beside, &export.params)?;
+/// The table of what is sure; what of it is beyond the bound of the chip is left out.
+fn place_load(model: &Model, config: &Config, export: &mut Export) {
     let sure = |wave: &Wave| {
         let doubt = unsure(wave.name, model.standing(wave.name)).or_else(|| wave.doubt());
         export.doubts.extend(doubt.iter().map(|doubt| format!("{}: {doubt}", wave.name)));
@@ -134,16 +132,11 @@ fn place_load(model: &Model, config: &Config, export: &mut Export) -> Result<(),
     let waves: Vec<_> =
         waves::waves(model, config.supply_nominal_v.into()).into_iter().filter(sure).collect();
     export.params.position_load = waves::table(&waves, config);
-    let [constant, sines] =
-        export.params.position_load.clone().map(|mut it| it.fit(&beside)).unwrap_or_default();
-    let mut sines = sines.into_iter();
-    let part = |wave: &Wave| {
-        let share = if wave.per_turn == 0.0 { *constant.first()? } else { sines.next()? };
+    let share = export.params.position_load.as_mut().map_or(1.0, |it| it.fit(config));
+    if share < 1.0 {
         let beyond = 100.0 * (1.0 - share);
-        (share < 1.0).then(|| format!("{beyond:.0} % of {}, too steep or too large for the loops", wave.name))
-    };
-    export.left_out.extend(waves.iter().filter_map(part));
-    Ok(())
+        export.left_out.push(format!("{beyond:.0} % of the load over the place, more than the servo holds"));
+    }
 }
 
 /// Why a name is not to be trusted, if so.
@@ -240,12 +233,13 @@ impl Terminal {
         let widths = [0, 1].map(|at| (zone[at] + plant.drop_v + friction[at]) / plant.drive_gain);
         let excess = 2.0 * volts(plant.breakaway_extra) / plant.drive_gain / (widths[0] + widths[1]);
         let stribeck = if plant.breakaway_extra > 0.0 { plant.stribeck_speed / gain } else { 0.0 };
+        let (lag, play) = (second / (first + later), plant.gap_rad * plant.sensor_scale);
         Terminal {
             dead_zone: widths,
             saturation: [0, 1].map(|at| (limit[at] + zone[at]) / plant.drive_gain),
             gain,
             time_constant: first + later,
-            told: [second / (first + later), plant.friction_per_motor, skew, drag, share, excess, stribeck],
+            told: [lag, plant.friction_per_motor, skew, drag, share, excess, stribeck, play],
             mechanism,
         }
     }

@@ -115,8 +115,7 @@ pub(crate) fn entry(fault: &str, action: &str) -> Result<(Fault, Action), InputE
     let Some(fault) = Fault::ALL.into_iter().find(|known| known.name() == fault) else {
         let near = nearest(fault, Fault::ALL.iter().map(|known| known.name()));
         let near = near.map_or(String::new(), |near| format!("the nearest is {near}, "));
-        let names: Vec<&str> = Fault::ALL.iter().map(|fault| fault.name()).collect();
-        let all = names.join(", ");
+        let all = Fault::ALL.map(Fault::name).join(", ");
         return Err(InputError(format!("`{fault}` is no fault of [protection]; {near}all are {all}")));
     };
     let actions = [Action::Open, Action::Brake, Action::Hold];
@@ -125,11 +124,8 @@ pub(crate) fn entry(fault: &str, action: &str) -> Result<(Fault, Action), InputE
     fitting.map(|action| (fault, action)).ok_or_else(|| {
         let fitting = actions.iter().filter(|action| action.suits(fault));
         let names: Vec<&str> = fitting.map(|action| action.name()).collect();
-        InputError(format!(
-            "{PROTECTION}{} cannot be `{action}`; choose {}",
-            fault.name(),
-            names.join(" or ")
-        ))
+        let (of, all) = (fault.name(), names.join(" or "));
+        InputError(format!("{PROTECTION}{of} cannot be `{action}`; choose {all}"))
     })
 }
 
@@ -295,7 +291,7 @@ fn tell(of: &mut AxisParameters, at: usize, value: f32) -> Option<()> {
     of.modelled.with(at, value, &of.config).map(|told| of.modelled = told)
 }
 
-/// Numbers of `params.toml` put in force; of the load over the place as much as the loops bear.
+/// Numbers of `params.toml` put in force; of the load over the place as much as the chip allows.
 pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), InputError> {
     let estimates = params.estimates(&parameters.config);
     parameters.estimates.merge(&estimates);
@@ -303,7 +299,7 @@ pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), Inp
         set(parameters, &format!("{IDENTIFIED}{name}={value}"))?;
     }
     let Some(mut load) = params.position_load.clone() else { return Ok(()) };
-    load.fit(parameters);
+    load.fit(&parameters.config);
     let table = load.build(&parameters.config).map_err(|error| InputError(range_text(&error)));
     table.map(|table| parameters.position_load = table)
 }

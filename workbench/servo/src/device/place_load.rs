@@ -1,14 +1,18 @@
 //! The load over the place in SI units: the table `[position_load]` of `params.toml`, and the keys `position_load.…` of `truing params`.
 
 use serde::{Deserialize, Serialize};
-use servo::axis::Axis;
-use servo::compensate::position_load::{Harmonic, Load, MOST_SHARE, MOST_SLOPE, PositionLoad};
+use servo::axis::{Axis, design::Design};
+use servo::compensate::position_load::{Harmonic, Load, MOST_SHARE, PositionLoad, SHARE_BITS};
 use servo::config::{Config, ConfigError};
+use servo::control::Tuning;
 use servo::store::AxisParameters;
+use servo::units::ONE_TICK;
 use std::f64::consts::TAU;
 
-/// Of the bounds of the chip, what a table takes: gains that follow what is learned move them by some per cent.
-const OF_BOUNDS: f64 = 0.9;
+/// Phase that lag and delay may take at the bandwidth of loops made stiffer, rad. Chosen by judgement; not studied.
+const MOST_PHASE: f32 = 0.3;
+/// Of the bound of the chip, what a table takes, so that rounding does not cross it.
+const OF_BOUND: f64 = 0.99;
 
 /// A table in SI units.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -67,36 +71,37 @@ impl PlaceLoad {
             phase_rad: sine.phase_rad as f32,
         };
         let harmonics: Vec<Harmonic> = self.sines.iter().map(harmonic).collect();
-        let Self { period_counts, constant_v, .. } = *self;
-        let load = Load { period_counts, constant_v: constant_v as f32, harmonics: &harmonics };
+        let (period_counts, constant_v) = (self.period_counts, self.constant_v as f32);
+        let load = Load { period_counts, constant_v, harmonics: &harmonics };
         Ok(load.build(&config.build()?)?.switched(self.on).trusted(self.trusted).absolute(self.absolute))
     }
 
-    /// As much of the constant and of every sine, the slowest one first, as the chip allows beside the loops of these parameters; which
-    /// share of each.
-    pub fn fit(&mut self, beside: &AxisParameters) -> [Vec<f64>; 2] {
-        let nominal = f64::from(beside.config.supply_nominal_v);
-        let turn = TAU / f64::from(self.period_counts.max(1));
-        let mut steepness = OF_BOUNDS * f64::from(MOST_SLOPE) * per_count(beside) * nominal;
-        let most = OF_BOUNDS * f64::from(MOST_SHARE) * nominal;
-        let constant = (most / self.constant_v.abs()).min(1.0);
-        self.constant_v *= constant;
-        let mut volts = most - self.constant_v.abs();
-        let share = |sine: &mut Sine| {
-            let steep = turn * f64::from(sine.cycles) * sine.amplitude_v;
-            let share = (steepness / steep).min(volts / sine.amplitude_v).clamp(0.0, 1.0);
-            sine.amplitude_v *= share;
-            (steepness, volts) = (steepness - share * steep, volts - sine.amplitude_v);
-            share
-        };
-        [vec![constant], self.sines.iter_mut().map(share).collect()]
+    /// As much of it as the chip allows; which share.
+    pub fn fit(&mut self, config: &Config) -> f64 {
+        let volts = self.sines.iter().fold(self.constant_v.abs(), |sum, sine| sum + sine.amplitude_v);
+        let share = (OF_BOUND * f64::from(MOST_SHARE) * f64::from(config.supply_nominal_v) / volts).min(1.0);
+        self.constant_v *= share;
+        self.sines.iter_mut().for_each(|sine| sine.amplitude_v *= share);
+        share
     }
 }
 
-/// What the position loop of these parameters answers to a count, nominal supplies.
-fn per_count(parameters: &AxisParameters) -> f64 {
-    let Ok(axis) = Axis::from_parameters(parameters) else { return 0.0 };
+/// The loops of a set; `None`: there is no such axis.
+pub fn designed(parameters: &AxisParameters) -> Option<Design> {
+    let axis = Axis::from_parameters(parameters).ok()?;
     let mut state = axis.start();
-    let adopted = axis.adopt(&mut state, &parameters.estimates);
-    adopted.map_or(0.0, |()| f64::from(axis.design(&mut state).loops.per_count()))
+    axis.adopt(&mut state, &parameters.estimates).ok()?;
+    Some(*axis.design(&mut state))
+}
+
+/// The bandwidth of loops so stiff that they bear all of the table, or as far as lag and ticks allow; the present one if they do.
+pub fn stiff_enough(of: &AxisParameters) -> f32 {
+    let design = designed(of).unwrap_or_default();
+    let follows =
+        1.0 - f32::from(of.position_load.rest(design.loops.per_count())) / f32::from(1u16 << SHARE_BITS);
+    let late_ticks =
+        f32::from(of.config.pwm_delay_ticks) + 0.5 + f32::from(of.modelled.lag) / ONE_TICK as f32;
+    let most = (MOST_PHASE * design.motor.tau_ticks / late_ticks).min(Tuning::BANDWIDTHS.1);
+    // The stiffness grows with the square.
+    (of.tuning.bandwidth / follows.sqrt()).min(most).max(of.tuning.bandwidth)
 }

@@ -55,13 +55,14 @@ pub static BACKLASH: Effect = Effect {
     separated_by: "square reversals with small amplitude",
     parameters: &[
         Parameter::new("gap_rad", "rad", Scale::Angle, 0.0, 3.0),
-        Parameter::new("load_share", "1", Scale::One, 0.0, 0.95).optional(0.0),
-        Parameter::new("contact_s", "s", Scale::Time, 0.0, 0.05).optional(0.0),
+        Parameter::new("load_share", "1", Scale::One, 0.0, 0.95).optional(0.0).unknown_on_chip(),
+        Parameter::new("contact_s", "s", Scale::Time, 0.0, 0.05).optional(0.0).unknown_on_chip(),
         Parameter::new("contact_damping", "1", Scale::One, 0.05, 3.0).optional(1.0),
     ],
     starts: Starts::Rugged(&STARTS, &[0.12, 0.2, 0.25, 0.25]),
     family: Family::Coupling,
     form: Form::Rich,
+    on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.gap_rad += p[0];
         plant.load_share = plant.load_share.max(p[1]);
