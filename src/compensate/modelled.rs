@@ -27,7 +27,7 @@ pub const NAMES: [[&str; 3]; NUMBERS] = [
     ["friction_share", "friction in the dead zone", ""],
     ["breakaway", "breakaway", ""],
     ["stribeck_v", "Stribeck voltage", "V"],
-    ["backlash_rad", "backlash", "rad"],
+    ["backlash_rad", "play of a gear", "rad"],
 ];
 
 /// What a model tells of the motor and no commissioning finds. Stored and sent as a number of 16 bits a part, the first part in the lowest
