@@ -147,6 +147,21 @@ fn the_play_of_a_gear_is_told_and_left_to_the_user() {
     assert!(remarks.iter().any(|it| it.contains("identified.backlash_rad=0.05000")), "{remarks:?}");
 }
 
+/// A dead zone of a third of the supply: what protection does not know of it looks like a fault.
+#[test]
+fn a_recording_knows_the_dead_zone_that_a_commissioning_has_found() {
+    let zone = "[known.dead_zone]\nhalf_width_v = 4.0\n";
+    let (known, _) = candidate::candidate(&motor(zone), &linear(), None).expect("a set");
+    let folder = tempfile::tempdir().expect("a folder");
+    let recorded = |set: &AxisParameters| {
+        let plan = recording::plan(set, 100.0, 1).expect("a scale").expect("time enough");
+        let mut bench = bench(power_up(zone, &Outside::default()));
+        recording::record(&mut bench, set, &plan, &folder.path().join("run.csv"))
+    };
+    recorded(&known).expect("a whole recording");
+    recorded(&linear()).expect_err("a fault");
+}
+
 /// A motor whose encoder dies after so many ticks, and what it read last.
 struct Dying(Builtin, u32, i32);
 

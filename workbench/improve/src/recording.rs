@@ -12,7 +12,6 @@ use truing_core::outcome::{self, Experiment};
 use truing_core::text::input_error::{InputError, NotDone};
 use truing_report::report::write_atomically;
 use truing_servo::device::aftermath::fault_text;
-use truing_servo::device::link::range_text;
 
 /// A plan is not shortened below this share of its length.
 const SHORTEST: f64 = 0.55;
@@ -22,10 +21,8 @@ const ONE_PASS: usize = 2;
 /// What to record of a motor of which this is known, within so many seconds; `None`: that does not suffice. Where both passes of a
 /// recording take too long, one is made.
 pub fn plan(known: &AxisParameters, seconds: f64, seed: u64) -> Result<Option<Plan>, InputError> {
-    let scale = known.config.build().map_err(|error| InputError(range_text(&error)))?;
-    let report = known.estimates.report(&scale);
-    let planned =
-        |budget_s| Plan::new(&known.config, Some(&report), &Limits { budget_s, ..Limits::default() }, seed);
+    let of = Some(&known.estimates);
+    let planned = |budget_s| Plan::new(&known.config, of, &Limits { budget_s, ..Limits::default() }, seed);
     let whole = planned(None)?;
     if whole.seconds <= seconds {
         return Ok(Some(whole));
@@ -61,7 +58,7 @@ pub fn experiment(plan: &Plan, asked: &Experiment) -> Option<Plan> {
 /// The servo is lost or a fault ended the recording.
 pub fn record(bench: &mut Bench, known: &AxisParameters, plan: &Plan, path: &Path) -> anyhow::Result<()> {
     let (wire, listening) = bench.line();
-    // While it records, the servo has forgotten its motor; its protection is to know how slow it is.
+    // Where no time constant is trusted, protection is to know all the same how slow the motor is.
     let hint = known.config.time_constant_hint_s.or(Optional::new(plan.scale.tau_s as f32));
     let config = Config { time_constant_hint_s: hint, ..known.config };
     let recorded = record::run(wire, &config.into(), listening, plan, &mut |_| {})?;

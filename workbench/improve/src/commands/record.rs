@@ -110,11 +110,8 @@ impl Arguments {
                 "{name} must be a finite number above 0"
             );
         }
-        let scale = config
-            .build()
-            .map_err(|error| anyhow::anyhow!(truing_servo::device::link::range_text(&error)))?;
         let known = match &self.params {
-            Some(path) => Some(Params::read(path)?.estimates(config).report(&scale)),
+            Some(path) => Some(Params::read(path)?.estimates(config)),
             None => None,
         };
         let limits = Limits { budget_s: self.budget_s, travel_rad: self.travel_rad, energy_j: self.energy_j };

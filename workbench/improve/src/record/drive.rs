@@ -174,6 +174,7 @@ impl Recorder<'_> {
     /// True if the energy was spent before the end.
     fn record(&mut self, progress: &mut Listener) -> Result<bool, InputError> {
         self.session.command(Command::Compensation(false))?;
+        self.session.command(Command::Adopt(self.plan.known))?;
         for segment in &self.plan.segments {
             self.sign = 1.0;
             self.session.command(Command::Arm)?;

@@ -12,9 +12,10 @@ pub use segment::{Part, Segment};
 use rand::{RngExt, SeedableRng, seq::SliceRandom};
 use rand_chacha::ChaCha8Rng;
 use servo::config::Config;
-use servo::identify::estimate::EstimatesReport;
+use servo::identify::estimate::Estimates;
 use std::fmt::Write as _;
 use truing_core::text::input_error::InputError;
+use truing_servo::device::link::range_text;
 
 /// A motor whose time constant is no longer than 0.15 s is recorded within this time, s.
 pub const BUDGET_S: f64 = 25.0;
@@ -51,6 +52,9 @@ pub struct Plan {
     pub energy_j: Option<f64>,
     /// What voltages and times were scaled by.
     pub scale: Scale,
+    /// What protection knows of the motor meanwhile: a dead zone that it does not know looks like a shaft that is held. Not the saturation,
+    /// which bounds what the servo drives.
+    pub known: Estimates,
 }
 
 impl Plan {
@@ -60,7 +64,7 @@ impl Plan {
     /// The time constant is not known, or travel or budget are too short.
     pub fn new(
         config: &Config,
-        known: Option<&EstimatesReport>,
+        known: Option<&Estimates>,
         limits: &Limits,
         seed: u64,
     ) -> Result<Self, InputError> {
@@ -71,8 +75,11 @@ impl Plan {
         let travel_rad = between.into_iter().chain(asked).reduce(f64::min);
         let own = config.energy_limit_j.get().map(f64::from);
         let energy_j = own.into_iter().chain(limits.energy_j).reduce(f64::min);
-        let scale = Scale::new(config, known, travel_rad)?;
-        let plan = Self { seed, segments: Vec::new(), seconds: 0.0, travel_rad, stops_rad, energy_j, scale };
+        let units = config.build().map_err(|error| InputError(range_text(&error)))?;
+        let scale = Scale::new(config, known.map(|known| known.report(&units)).as_ref(), travel_rad)?;
+        let known = Estimates { saturation: Default::default(), ..known.copied().unwrap_or_default() };
+        let (segments, seconds) = (Vec::new(), 0.0);
+        let plan = Self { seed, segments, seconds, travel_rad, stops_rad, energy_j, scale, known };
         plan.with(plan.shuffled()).within(limits.budget_s)
     }
 
