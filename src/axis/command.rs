@@ -76,11 +76,8 @@ pub enum Command {
         /// Ticks to keep from before it.
         before: u16,
     },
-    /// Answered with [`crate::link::protocol::Message::Captured`] too.
-    CaptureRead {
-        /// First tick wanted, oldest 0.
-        from: u16,
-    },
+    /// Send ticks of the capture from this one on, oldest 0, as [`crate::link::protocol::Message::Captured`].
+    CaptureRead(u16),
     /// Answered with [`crate::link::protocol::Message::Hello`] too.
     Hello,
     /// Answered with [`crate::link::protocol::Message::Parameters`] too.
@@ -103,6 +100,9 @@ pub enum Command {
     PositionLoad(PositionLoad),
     /// Feed forward what a model tells from now on. Refused while something runs.
     Modelled(Modelled),
+    /// What is in force is on trial. Once no command has come for so many control ticks, the axis is stopped, and the chip starts anew
+    /// with what is stored as soon as no bridge is driven and nothing is being stored. 0: no longer.
+    OnTrial(u32),
 }
 
 impl Command {
@@ -110,7 +110,7 @@ impl Command {
     #[must_use]
     pub const fn listens(&self) -> bool {
         use Command::{CaptureArm, CaptureRead, Hello, Parameters, Save, Subscribe};
-        matches!(self, Subscribe { .. } | CaptureArm { .. } | CaptureRead { .. } | Hello | Parameters | Save)
+        matches!(self, Subscribe { .. } | CaptureArm { .. } | CaptureRead(_) | Hello | Parameters | Save)
     }
 
     /// Does it need the gains and limits of what is known by now?

@@ -224,6 +224,12 @@ impl<P: AsRef<Axis>> ServoAxis<P> {
         self.constants().map(|axis| axis.parameters(&self.state))
     }
 
+    /// Was the bridge driven or shorted in the last tick?
+    #[must_use]
+    pub fn is_driven(&self) -> bool {
+        self.driven
+    }
+
     /// Is the bridge open, and does the shaft stand?
     #[must_use]
     pub fn rests(&self) -> Option<AtRest> {

@@ -9,6 +9,7 @@ use servo::drivers::saving::{Job, Report, Saving, Step};
 use servo::link::board::Board;
 use servo::link::capture::{Capture, Ring};
 use servo::link::protocol::{CAPTURE_PIECE, Command, Message, Refusal};
+use servo::link::trial::Trial;
 use servo::protect::{Condition, Interlock};
 use servo::record::Record;
 use servo::store::{AtRest, Found};
@@ -97,6 +98,7 @@ pub struct Control {
     /// The axis that the capture looks at.
     captured: u8,
     saving: Saving,
+    trial: Trial,
     /// The last tick did not end in time.
     overrun: bool,
     started: Started,
@@ -121,6 +123,7 @@ impl Control {
             capture: Capture::new(ring),
             captured: 0,
             saving: Saving::default(),
+            trial: Trial::default(),
             overrun: false,
             started,
             stored,
@@ -142,6 +145,9 @@ impl Control {
         }
         if self.saving.is_active() {
             self.save(drive);
+        }
+        if let Some(axis) = self.trial.silent() {
+            self.abandon(axis, drive);
         }
         self.overrun = drive.end_tick() && !excused;
         self.tick = self.tick.wrapping_add(1);
@@ -211,6 +217,7 @@ impl Control {
         if !self.is_ready(*axis, order) {
             return false;
         }
+        self.trial.heard();
         let (result, tick) = (self.execute(*axis, order, drive), self.tick);
         let config = order.configuration().filter(|_| result.is_ok());
         if let Some(config) = config {
@@ -235,7 +242,8 @@ impl Control {
         let Order::Run(command) = order else { return self.order(place, order) };
         match *command {
             Command::Subscribe { every } => self.telemetry_every[place] = every,
-            Command::CaptureRead { from } => self.read_capture(from),
+            Command::OnTrial(ticks) => self.trial = Trial::new(axis, ticks),
+            Command::CaptureRead(from) => self.read_capture(from),
             Command::Hello => self.hello(drive),
             Command::Parameters => self.tell_parameters(axis),
             Command::CaptureArm { .. } | Command::Save if self.saving.is_active() => {
@@ -264,6 +272,18 @@ impl Control {
             return Err(Refusal::SharedTick);
         }
         self.axes[place].carry_out(order)
+    }
+
+    /// The host of a trial is gone. What is stored comes into force by a new start, which opens every bridge and stalls every axis:
+    /// it waits until none is driven.
+    #[cold]
+    #[inline(never)]
+    fn abandon(&mut self, axis: u8, drive: &mut impl Drive) {
+        let abandoned = self.axes.get_mut(usize::from(axis));
+        let _ = abandoned.map(|axis| axis.carry_out(&Order::Run(Command::Stop)));
+        if !self.saving.is_active() && !self.axes.iter().any(|axis| axis.is_driven()) {
+            drive.restart();
+        }
     }
 
     /// True if the order leaves the control rate and the PWM of the other axes as they are: one timer paces all axes.

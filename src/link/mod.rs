@@ -5,3 +5,4 @@ pub mod capture;
 pub mod in_force;
 pub mod inbox;
 pub mod protocol;
+pub mod trial;

@@ -7,6 +7,7 @@ use servo::config::Config;
 use servo::link::board::{Board, Clock, Name};
 use servo::link::inbox::{Inbox, Incoming};
 use servo::link::protocol::{Command, Message, Refusal, Request, ResetCause, encode};
+use servo::link::trial::Trial;
 use servo::store::{AxisParameters, Found, LAYOUT, StoreEvent};
 use std::cell::{Cell, RefCell};
 use std::collections::VecDeque;
@@ -17,9 +18,6 @@ use truing::text::input_error::InputError;
 
 /// Full scale of the virtual 12-bit converters.
 const CONVERTER_MAX: f32 = 4095.0;
-
-/// The servo goes on for so long, s, before its host is told that the wire is lost.
-const LIVES_ON_S: f32 = 1.0;
 
 /// What survives the servo, and what a test may look at or pull.
 #[derive(Clone, Default)]
@@ -32,8 +30,10 @@ pub struct Outside {
     pub bridge: Rc<Cell<Bridge>>,
     /// Ticks since power-up.
     pub ticks: Rc<Cell<u32>>,
-    /// In this tick the wire is lost, for the host; the servo goes on.
+    /// From this tick on the wire is lost, for the host; the servo goes on.
     pub lost_at: Rc<Cell<Option<u32>>>,
+    /// It goes on for a second and so many more before its host is told.
+    pub lives_on_s: Rc<Cell<u32>>,
 }
 
 /// A servo of one axis with its motor.
@@ -46,30 +46,34 @@ pub struct HostServo {
     line: VecDeque<(Bridge, i16)>,
     every: u32,
     sequence: u16,
+    trial: Trial,
     outside: Outside,
 }
 
 impl HostServo {
     /// A power-up: what is stored comes into force. `config`: what the converters are scaled by.
     pub fn power_up(motor: Box<dyn Motor>, config: Config, outside: &Outside) -> Self {
-        let mut joint = ServoAxis::new();
-        if let Some(stored) = *outside.stored.borrow() {
-            let order = Order::restore(&stored).expect("what was stored was in force once");
-            joint.execute(&order).expect("nothing runs at power-up");
-        }
         outside.ticks.set(0);
         // The motor passes the time before a tick, in which what the tick before has said acts at the earliest.
         let line = VecDeque::from(vec![(Bridge::Open, 0); usize::from(config.pwm_delay_ticks) + 1]);
         Self {
             inbox: Inbox::new(),
-            joint,
+            joint: stored(outside),
             motor,
             config,
             line,
             every: 0,
             sequence: 0,
+            trial: Trial::default(),
             outside: outside.clone(),
         }
+    }
+
+    /// The chip starts anew; the motor goes on as it is.
+    fn restart(&mut self) {
+        (self.inbox, self.joint, self.trial) = (Inbox::new(), stored(&self.outside), Trial::default());
+        self.every = 0;
+        self.outside.ticks.set(0);
     }
 
     fn say(&mut self, message: Message, out: &mut Vec<u8>) {
@@ -80,6 +84,7 @@ impl HostServo {
     }
 
     fn execute(&mut self, to: u16, request: Request, out: &mut Vec<u8>) {
+        self.trial.heard();
         let result = self.order(&request);
         self.say(Message::Answer { to, tick: self.outside.ticks.get(), result }, out);
         let parameters = self.joint.parameters();
@@ -101,6 +106,10 @@ impl HostServo {
             _ if request.axis != 0 => Err(Refusal::NoSuchAxis),
             Command::Subscribe { every } => {
                 self.every = every;
+                Ok(())
+            }
+            Command::OnTrial(ticks) => {
+                self.trial = Trial::new(request.axis, ticks);
                 Ok(())
             }
             Command::Save => self.joint.rests().map(|_| ()).ok_or(Refusal::NotAtRest),
@@ -142,17 +151,35 @@ impl HostServo {
         if let Some(outcome) = concluded {
             self.say(Message::Commissioned { axis: 0, tick, outcome }, out);
         }
-        self.outside.bridge.set(output.bridge);
-        *self.outside.in_force.borrow_mut() = self.joint.parameters();
         self.outside.ticks.set(tick.wrapping_add(1));
+        self.outside.bridge.set(output.bridge);
+        if self.trial.silent().is_some() {
+            self.joint.execute(&Order::of(&Command::Stop).expect("no numbers")).expect("always");
+            if !self.joint.is_driven() {
+                self.restart();
+            }
+        }
+        *self.outside.in_force.borrow_mut() = self.joint.parameters();
         Ok(())
     }
+}
+
+/// An axis after power-up: what is stored is in force.
+fn stored(outside: &Outside) -> ServoAxis {
+    let mut joint = ServoAxis::new();
+    if let Some(stored) = *outside.stored.borrow() {
+        let order = Order::restore(&stored).expect("what was stored was in force once");
+        joint.execute(&order).expect("nothing runs at power-up");
+    }
+    joint
 }
 
 impl Wire for HostServo {
     fn turn(&mut self, outgoing: &mut Vec<u8>, incoming: &mut Vec<u8>) -> Result<(), InputError> {
         if self.outside.lost_at.get().is_some_and(|lost| self.outside.ticks.get() >= lost) {
-            for _ in 0..(LIVES_ON_S * self.config.tick_hz as f32) as u32 {
+            // It stays lost, whatever its ticks are after a new start.
+            self.outside.lost_at.set(Some(0));
+            for _ in 0..(1 + self.outside.lives_on_s.get()) * self.config.tick_hz {
                 self.tick(&mut Vec::new())?;
             }
             return Err(InputError("the line is lost".into()));

@@ -249,7 +249,22 @@ fn a_servo_whose_wire_is_lost_opens_its_bridge_and_the_log_is_kept() {
         assert!(text.contains("the line is lost") && text.contains("switch it off and on"), "{text}");
         assert!(recorded.session.log.rows.len() > 500, "{} rows", recorded.session.log.rows.len());
         assert_eq!(outside.bridge.get(), Bridge::Open, "{travel:?}");
+        assert!(outside.in_force.borrow().is_some(), "a host that is soon back finds all as it was");
     }
+}
+
+/// The settings of a recording know no end stops.
+#[test]
+fn a_servo_that_is_left_alone_in_a_recording_forgets_its_settings() {
+    let (plant, config) = random_plant(Family::G2, 5);
+    let outside = Outside::default();
+    outside.lost_at.set(Some(2 * config.tick_hz));
+    outside.lives_on_s.set(60);
+    let line = HostServo::power_up(Box::new(VirtualMotor::new(&plant)), config, &outside);
+    let plan = Plan::new(&config, None, &Limits::default(), 5).expect("a plan");
+    let recorded = recorded(Box::new(line), config, &plan, 1);
+    assert!(recorded.session.broken.is_some());
+    assert_eq!(*outside.in_force.borrow(), None);
 }
 
 /// Set in the process that is interrupted: an interruption ends all sessions of its process.

@@ -185,6 +185,43 @@ fn parameters_are_read_changed_and_forgotten() {
     assert_eq!(life.parameters().expect("an answer"), None);
 }
 
+/// The host is gone in the middle of a motion, with a candidate in force that was never stored.
+#[test]
+fn a_trial_whose_host_is_gone_gives_back_what_was_stored() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let mut client = client(&folder.path().join("flash.bin"));
+    let mut last = Record::default();
+    let stored = AxisParameters::new(plant().config);
+    send(&mut client, &mut last, Command::Restore(stored)).expect("at rest");
+    save(&mut client);
+    let mut candidate = stored;
+    candidate.tuning.bandwidth = 2.0;
+    for command in [
+        Command::OnTrial(3_000),
+        Command::Restore(candidate),
+        Command::Subscribe { every: 1 },
+        Command::Arm,
+        Command::Voltage(6.0),
+    ] {
+        send(&mut client, &mut last, command).expect("at rest");
+    }
+    turns(&mut client, &mut last, 2_900);
+    assert_eq!(last.bridge, Bridge::Driven);
+    // Every record until the silence is over, then none.
+    let (mut driven, mut started) = (0, None);
+    for _ in 0..1_000 {
+        let mut heed = |message| match message {
+            Message::Telemetry { record, .. } => driven += u32::from(record.bridge == Bridge::Driven),
+            Message::Hello { cause, stored, .. } => started = Some((cause, stored)),
+            _ => {}
+        };
+        client.turn(&mut heed).expect("the image goes on");
+    }
+    assert_eq!(started, Some((ResetCause::Software, Found::Set { layout: LAYOUT })));
+    assert!((90..=100).contains(&driven), "{driven} ticks until the stop");
+    assert_eq!(client.parameters().expect("an answer"), Some(stored));
+}
+
 #[test]
 fn damaged_parameters_are_a_fault_until_somebody_has_seen_it() {
     let folder = tempfile::tempdir().expect("a folder");

@@ -126,7 +126,7 @@ fn two_motors_are_commissioned_at_once_and_moved_apart() {
     let target = 2.0 / std::f64::consts::TAU * f64::from(plants[1].config.counts_per_rev);
     assert!((f64::from(heard.last[1].reference_q8) / 256.0 - target).abs() < 1.0, "axis 1 is on its way");
     assert_ne!(heard.last[1].activity, Activity::Idle);
-    must(&mut client, &mut heard, 0, Command::CaptureRead { from: 0 });
+    must(&mut client, &mut heard, 0, Command::CaptureRead(0));
     turns(&mut client, &mut heard, 3);
     assert_eq!(heard.captured, [0, 5]);
     must(&mut client, &mut heard, 0, Command::Arm);

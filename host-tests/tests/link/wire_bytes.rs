@@ -33,7 +33,7 @@ fn commands() -> Vec<Command> {
         Command::CaptureArm { trigger: Trigger::Now, before: 0 },
         Command::CaptureArm { trigger: Trigger::Fault, before: 1 },
         Command::CaptureArm { trigger: Trigger::Limit, before: 2 },
-        Command::CaptureRead { from: 1_023 },
+        Command::CaptureRead(1_023),
         Command::Hello,
         Command::Parameters,
         Command::Restore(parameters),
@@ -60,6 +60,7 @@ fn commands() -> Vec<Command> {
             ..Modelled::default()
         }),
         Command::Modelled(Modelled { play: 41, ..Modelled::default() }),
+        Command::OnTrial(200_000),
     ]
 }
 

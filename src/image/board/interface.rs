@@ -99,6 +99,9 @@ pub trait Drive {
     /// is configured has the same.
     fn configure(&mut self, axis: usize, config: &Config);
 
+    /// Starts the chip anew, with every bridge open.
+    fn restart(&mut self);
+
     /// Reads the clock that measures the cost of a tick. It wraps.
     fn clock(&self) -> u32;
 

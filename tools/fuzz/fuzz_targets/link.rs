@@ -165,11 +165,12 @@ impl Deed {
             Deed::PositionLoad { head, ref numbers } => Command::PositionLoad(table(head, numbers)),
             Deed::Modelled(all) => Command::Modelled(all.into()),
             Deed::CaptureArm { before } => Command::CaptureArm { trigger: Trigger::Fault, before },
-            Deed::Ask(what) => match what % 4 {
+            Deed::Ask(what) => match what % 5 {
                 0 => Command::Hello,
                 1 => Command::Parameters,
                 2 => Command::Save,
-                _ => Command::CaptureRead { from: what.into() },
+                3 => Command::OnTrial(what.into()),
+                _ => Command::CaptureRead(what.into()),
             },
         }
     }

@@ -89,6 +89,11 @@ impl Bench {
         Ok(Moment { second: jiff::Timestamp::now().as_second(), tick })
     }
 
+    /// [`Client::trial`]
+    pub fn trial(&self, tick_hz: u32) -> Result<(), InputError> {
+        self.client().trial(tick_hz)
+    }
+
     /// [`Bench::restore`], and a table of this life of the servo goes on acting.
     pub fn put(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
         self.restore(parameters)?;
@@ -116,18 +121,16 @@ impl Bench {
         Ok(())
     }
 
-    /// Has the servo store what is in force, once the shaft stands, and reads it back.
-    pub fn keep(&self, parameters: &AxisParameters) -> Result<(), InputError> {
-        self.session(Start::Stored, &[Task::Store])?.complete()?;
-        if bits(self.client().parameters()?.as_ref()) != bits(Some(parameters)) {
+    /// Has the servo store this set, which is in force, once the shaft stands, and reads it back.
+    pub fn keep(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
+        match parameters {
+            Some(_) => _ = self.session(Start::Stored, &[Task::Store])?.complete()?,
+            None => self.client().save(&mut |_| {})?,
+        }
+        if bits(self.client().parameters()?.as_ref()) != bits(parameters) {
             return Err(InputError("the servo has stored other parameters than it was given".into()));
         }
         Ok(())
-    }
-
-    /// The same for an axis that nothing is known of.
-    pub fn keep_nothing(&self) -> Result<(), InputError> {
-        self.client().save(&mut |_| {})
     }
 
     /// Counts the motor time of a session.

@@ -4,7 +4,7 @@
 use crate::bench::Moment;
 use crate::candidate::known;
 use crate::trial::Trial;
-use anyhow::{Context, anyhow};
+use anyhow::anyhow;
 use serde::{Deserialize, Serialize};
 use servo::store::AxisParameters;
 use std::fmt::Write as _;
@@ -121,14 +121,13 @@ impl Entry {
 
     /// One line for people, and one for each of the figures.
     pub fn text(&self) -> String {
-        let verb = self.became();
         let names = if self.names.is_empty() { "no name".to_owned() } else { self.names.join(", ") };
-        let mut text = format!("{}  {verb}: {}\n  names     {names}\n", self.date, self.why);
+        let mut text = format!("{}  {}: {}\n  names     {names}\n", self.date, self.became(), self.why);
         if let Some(Gap { fit_percent: [Some(before), Some(after)], verdict, .. }) = &self.gap {
             let _ = writeln!(text, "  gap       {verdict}, fit {before:.2} → {after:.2} %");
         }
         if let Some(trial) = &self.trial {
-            let _ = writeln!(text, "  tracking  {}", trial.text());
+            let _ = writeln!(text, "  tracking  {}", trial.text("\n            "));
         }
         text
     }
@@ -218,10 +217,9 @@ impl Pending {
         if !path.exists() {
             return Ok(None);
         }
-        let pending = serde_json::from_str(&truing_files::text(&path)?);
-        pending.with_context(|| {
-            format!("{}: is damaged; remove it, and switch the servo off and on", path.display())
-        })
+        let what = "is damaged; remove it, and switch the servo off and on";
+        let damaged = |_| InputError::file(path.display(), what).into();
+        serde_json::from_str(&truing_files::text(&path)?).map_err(damaged)
     }
 
     /// Does what has to be put back act now? Something else than before is in force in the same life of the servo; one that was

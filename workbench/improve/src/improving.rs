@@ -146,6 +146,7 @@ pub fn run(bench: Bench, job: Job, say: &mut Listener) -> Result<Improved> {
 pub fn recover(bench: &Bench, out: &Path, say: &mut Listener) -> Result<()> {
     let Some(pending) = Pending::read(out)? else { return Ok(()) };
     let now = bench.moment()?;
+    bench.trial(0)?;
     if bench.in_force()?.is_some_and(|acting| pending.lingers(&acting, &now)) {
         bench.put(pending.before.as_ref())?;
         say("an earlier command was killed: its candidate was in force, the old parameters are again");
@@ -283,7 +284,9 @@ impl Improving {
                 ended(Stop::NoiseFloor, "model and motor differ by noise alone")
             }
             (true, _) => Ok(()),
-            (false, _) => ended(Stop::NothingGained, "nothing that was tried follows better"),
+            (false, _) => {
+                ended(Stop::NothingGained, "nothing that was tried follows better than what is in force")
+            }
         }
     }
 
@@ -307,7 +310,6 @@ impl Improving {
         let Some(plan) = recording::plan(known, self.left_s() - spare, seed)? else {
             return ended(Stop::MotorTime, "a recording takes more motor time than is left");
         };
-        self.pending(*known)?;
         let mut logs = vec![self.recorded(known, &plan, say)?];
         let mut seen = (self.job.analyse)(model, &logs)?;
         for _ in 0..EXPERIMENTS {
@@ -322,10 +324,13 @@ impl Improving {
     }
 
     fn recorded(&mut self, known: &AxisParameters, plan: &Plan, say: &mut Listener) -> Result<PathBuf> {
+        self.pending(*known)?;
         say(&format!("recording: {:.1} s", plan.seconds));
         let stamp = jiff::Timestamp::now().strftime("%Y%m%d-%H%M%S-%3f");
         let path = self.job.out.join(format!("run-{stamp}.csv"));
         recording::record(&mut self.bench, known, plan, &path)?;
+        // A search for names is silent for longer than a trial may be.
+        self.put_back()?;
         say("looking for what the model lacks");
         Ok(path)
     }
@@ -370,7 +375,12 @@ impl Improving {
         self.pending(*candidate)?;
         self.began_with.get_or_insert(*base);
         let tried = trial::run(&mut self.bench, [base, candidate], self.job.budget_s)?;
-        self.bench.put(self.standing.as_ref())?;
+        if matches!(&tried, Tried::Whole(trial) if trial.won()) {
+            self.bench.put(Some(candidate))?;
+            self.bench.keep(Some(candidate))?;
+            (self.standing, self.base) = (Some(*candidate), Some(*candidate));
+        }
+        self.put_back()?;
         let entry = entry.with(candidate);
         let trial = match tried {
             Tried::Whole(trial) => trial,
@@ -387,11 +397,6 @@ impl Improving {
             }
         };
         let (kept, at_floor) = (trial.won(), trial.at_floor());
-        if kept {
-            self.bench.put(Some(candidate))?;
-            self.bench.keep(candidate)?;
-            (self.standing, self.base) = (Some(*candidate), Some(*candidate));
-        }
         let why = if kept { "it follows better" } else { "it does not follow better beyond doubt" };
         self.note(Entry { kept, why: why.into(), trial: Some(trial), ..entry }, say)?;
         if !kept && at_floor {
@@ -402,7 +407,14 @@ impl Improving {
 
     /// Notes what is to be put back if this program does not live to do so.
     fn pending(&self, candidate: AxisParameters) -> Result<()> {
-        Pending { before: self.standing, candidate, at: self.bench.moment()? }.begin(&self.job.out)
+        Pending { before: self.standing, candidate, at: self.bench.moment()? }.begin(&self.job.out)?;
+        Ok(self.bench.trial(candidate.config.tick_hz)?)
+    }
+
+    /// What stands is in force, and nothing is on trial.
+    fn put_back(&self) -> Result<(), InputError> {
+        self.bench.put(self.standing.as_ref())?;
+        self.bench.trial(0)
     }
 
     fn note(&mut self, entry: Entry, say: &mut Listener) -> Result<()> {
@@ -416,7 +428,7 @@ impl Improving {
     /// Leaves the servo with what stands, whatever has happened.
     fn leave(self, ended: Result<()>) -> Result<Improved> {
         let cause = ended.err().unwrap_or_else(|| InputError("the loop has no end".into()).into());
-        if let Err(error) = self.bench.put(self.standing.as_ref()) {
+        if let Err(error) = self.put_back() {
             let remedy = "switch its supply off and on: what it has stored comes into force again";
             let what = "what was in force before could not be put back";
             return Err(NotDone(format!("{cause:#}; {what} ({error}): {remedy}")).into());

@@ -45,7 +45,7 @@ fn table(entries: &[Entry]) -> Table {
             entry.names.join(", "),
             fit.map_or("–".into(), |(before, after)| format!("{before:.2} → {after:.2} %")),
             numbers.collect::<Vec<_>>().join("; "),
-            entry.trial.as_ref().map_or("–".into(), Trial::text),
+            entry.trial.as_ref().map_or("–".into(), |it| it.text("; ")),
             entry.became().into(),
             entry.why.clone(),
         ]

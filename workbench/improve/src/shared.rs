@@ -4,7 +4,7 @@
 use std::cell::{Cell, RefCell};
 use std::rc::Rc;
 use truing_core::text::input_error::InputError;
-use truing_servo::device::link::{Farewell, Wire};
+use truing_servo::device::link::Wire;
 
 /// Clients of one line begin so far apart that no answer to one is taken for an answer to another.
 const APART: u16 = 0x1111;
@@ -36,9 +36,5 @@ impl Wire for Shared {
 
     fn first_number(&self) -> u16 {
         self.wire.borrow().first_number().wrapping_add(self.clients.get().wrapping_mul(APART))
-    }
-
-    fn close(&mut self) -> Farewell {
-        Farewell::default()
     }
 }

@@ -151,14 +151,11 @@ impl Trial {
         self.motions.iter().all(|compared| compared.at_floor)
     }
 
-    /// In a sentence.
-    pub fn text(&self) -> String {
+    /// All motions alike, and each.
+    pub fn text(&self, between: &str) -> String {
+        let all = format!("error smaller by a factor of {}", self.improvement.text());
         let each = self.motions.iter().map(|it| format!("{} {}", it.motion.name, it.ratio.text()));
-        format!(
-            "error smaller by a factor of {}; {}",
-            self.improvement.text(),
-            each.collect::<Vec<_>>().join(", ")
-        )
+        std::iter::once(all).chain(each).collect::<Vec<_>>().join(between)
     }
 }
 

@@ -42,6 +42,7 @@ pub struct World {
     pub bridges: [(Bridge, i16); AXES],
     pub configured: Vec<(usize, Config)>,
     pub begun: u32,
+    pub restarts: u32,
     clock: Cell<u32>,
 }
 
@@ -58,6 +59,7 @@ pub fn world() -> World {
         bridges: [(Bridge::Open, 0); AXES],
         configured: Vec::new(),
         begun: 0,
+        restarts: 0,
         clock: Cell::new(u32::MAX - 1_000),
     }
 }
@@ -101,6 +103,10 @@ impl Drive for World {
 
     fn configure(&mut self, axis: usize, config: &Config) {
         self.configured.push((axis, *config));
+    }
+
+    fn restart(&mut self) {
+        self.restarts += 1;
     }
 
     fn clock(&self) -> u32 {

@@ -217,7 +217,7 @@ fn a_capture_records_the_axis_for_which_it_was_armed_and_is_read_piece_by_piece(
     task.run(1, Command::CaptureArm { trigger: Trigger::Now, before: 0 }).expect("no save is under way");
     task.world.samples[1].count = 40;
     task.ticks(1_100);
-    task.send(9, 0, Order::Run(Command::CaptureRead { from: 7 }));
+    task.send(9, 0, Order::Run(Command::CaptureRead(7)));
     task.tick();
     let told = task.told();
     match &told[0] {
@@ -364,6 +364,41 @@ fn an_erase_is_announced_25_ms_ahead_and_counters_that_go_round_lose_their_refer
     assert!(task.reports.enqueue(Report::Saved).is_ok());
     task.ticks(2);
     assert_eq!(records(&mut task).map(|record| record.referenced), [Referenced::Yes, Referenced::No]);
+}
+
+#[test]
+fn a_trial_whose_host_is_silent_ends_with_a_stop_and_a_new_start() {
+    let mut task = ready();
+    for axis in 0..AXES as u8 {
+        task.run(axis, Command::Arm).expect("at rest");
+        task.run(axis, Command::Voltage(3.0)).expect("armed");
+    }
+    task.run(1, Command::OnTrial(500)).expect("a service");
+    task.ticks(498);
+    // Any command shows that the host is there, and one that is refused too.
+    assert_eq!(task.run(0, Command::Save), Err(Refusal::NotAtRest));
+    task.ticks(498);
+    assert_eq!(task.world.bridges.map(|set| set.0), [Bridge::Driven; AXES]);
+    task.ticks(3);
+    assert_eq!(task.world.bridges.map(|set| set.0), [Bridge::Driven, Bridge::Open]);
+    task.ticks(1_000);
+    assert_eq!(task.world.restarts, 0, "the other axis is driven");
+    task.run(0, Command::Stop).expect("always");
+    assert_eq!(task.world.restarts, 0, "the host is there again");
+    task.ticks(501);
+    assert!(task.world.restarts > 0);
+}
+
+#[test]
+fn without_a_trial_and_while_parameters_are_stored_no_silence_starts_the_chip_anew() {
+    let mut task = ready();
+    task.run(1, Command::OnTrial(10)).expect("a service");
+    task.run(0, Command::OnTrial(0)).expect("a service");
+    task.ticks(1_000);
+    task.run(1, Command::OnTrial(10)).expect("a service");
+    let mut task = saving_of(task);
+    task.ticks(1_000);
+    assert_eq!(task.world.restarts, 0);
 }
 
 #[test]

@@ -23,7 +23,7 @@ mod stack;
 
 use super::{AXES, Board, Drive, Idle, Line, Started};
 use core::sync::atomic::{AtomicBool, Ordering};
-use cortex_m::peripheral::{NVIC, SYST, syst::SystClkSource};
+use cortex_m::peripheral::{NVIC, SCB, SYST, syst::SystClkSource};
 use flash::FileFlash;
 use semihosting::fs::File;
 use semihosting::io::{Read, Write};
@@ -44,6 +44,9 @@ const TO_HOST: &core::ffi::CStr = c"to_host";
 const FROM_HOST: &core::ffi::CStr = c"from_host";
 /// A file that the host makes to have this start pass for one by the watchdog.
 const WATCHDOG: &core::ffi::CStr = c"started_by_watchdog";
+
+/// A file that the image makes to know after a reset that it has asked for it.
+const RESTARTED: &core::ffi::CStr = c"restarted";
 
 /// SysTick counts 24 bits, downwards.
 const CLOCK_MASK: u32 = 0x00FF_FFFF;
@@ -68,9 +71,10 @@ impl Board for Qemu {
 
     /// Sets nothing up: time is what the host says.
     fn begin(_device: &Peripherals, _core: &mut CorePeripherals) -> Started {
-        let cause = match File::open(WATCHDOG) {
-            Ok(_) => ResetCause::Watchdog,
-            Err(_) => ResetCause::Power,
+        let cause = match (File::open(WATCHDOG), File::open(RESTARTED)) {
+            (Ok(_), _) => ResetCause::Watchdog,
+            (Err(_), Ok(_)) => ResetCause::Software,
+            (Err(_), Err(_)) => ResetCause::Power,
         };
         Started { cause, clock: Clock::Simulated, brown_out_reset_off: false }
     }
@@ -185,6 +189,12 @@ impl Drive for PipeDrive {
     /// Takes over the delay of the PWM.
     fn configure(&mut self, axis: usize, config: &Config) {
         exchange::with(|exchange| exchange.axes[axis].delay_ticks = config.pwm_delay_ticks);
+    }
+
+    /// QEMU resets its machine: the image begins again on the same pipes.
+    fn restart(&mut self) {
+        let _ = File::create(RESTARTED);
+        SCB::sys_reset()
     }
 
     /// SysTick, turned to count upwards.

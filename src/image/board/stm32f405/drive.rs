@@ -167,6 +167,11 @@ impl<const N: usize> Drive for DriveOf<N> {
         self.axes.goes_round(axis)
     }
 
+    /// The request for a reset, ARMv7-M Architecture Reference Manual, B3.2.6. Outputs float, and the gates are pulled down.
+    fn restart(&mut self) {
+        cortex_m::peripheral::SCB::sys_reset()
+    }
+
     /// All axes are rescaled when the scale is new; else the other axes may be driven and are left alone.
     fn configure(&mut self, axis: usize, config: &Config) {
         let Some(periods) = timing::periods_per_tick(config.pwm_full_scale, config.tick_hz) else {

@@ -140,13 +140,10 @@ fn commissioning(config: &Config) -> String {
     };
     let energy = config.energy_limit_j.get();
     let energy = energy.map_or("no limit: limits.energy_j sets one".into(), |it| format!("at most {it} J"));
-    format!(
-        "{:21} {:.1} s, for the servo does not know its motor\n{:21} {travel}\n{:21} {energy}\nrecording and trial are planned by what it finds\n",
-        "commissioning",
-        improving::COMMISSION_S,
-        "travel",
-        "energy"
-    )
+    let first = format!("{:.1} s, for the servo does not know its motor", improving::COMMISSION_S);
+    let lines = [("commissioning", first), ("travel", travel), ("energy", energy)];
+    let lines: String = lines.iter().map(|(what, told)| format!("{what:21} {told}\n")).collect();
+    lines + "recording and trial are planned by what it finds\n"
 }
 
 /// Lists what was tried.
@@ -179,10 +176,7 @@ pub fn undone(bench: &Bench, folder: &Path, number: Option<usize>) -> anyhow::Re
     let alive = |then: &Moment| now.is_some_and(|now| then.same_life(&at, now.config.tick_hz));
     let put = if entry.at.as_ref().is_some_and(alive) { Bench::put } else { Bench::restore };
     put(bench, entry.before.as_ref())?;
-    match &entry.before {
-        Some(before) => bench.keep(before)?,
-        None => bench.keep_nothing()?,
-    }
+    bench.keep(entry.before.as_ref())?;
     let why = format!("entry {number} was undone");
     let undone = Entry { why, at: Some(at), after: entry.before, ..Entry::now(now) };
     history::append(folder, &undone)?;

@@ -3,7 +3,8 @@
 //! Segments act as voltages at the terminals: the compensation is off and no loop is closed. Where the travel is limited, every
 //! record is asked how far the axis would go if it were braked now; before that is too far, it is braked, and the segment goes on
 //! with the opposite sign. End stops of the axis file would forbid the servo any voltage mode, so it is told of none while the host
-//! keeps them. Its command time-out is short meanwhile. What was in force before is put back at the end, however that comes.
+//! keeps them. Its command time-out is short meanwhile. What was in force before is put back at the end, however that comes; a
+//! servo that has lost its host goes back to what it has stored.
 
 use super::watch::{Trip, Watch, Window};
 use super::{Part, Plan, RETURN_S, Segment};
@@ -78,6 +79,7 @@ pub fn run(
 ) -> Result<Recorded, InputError> {
     let _hold = interrupt::hold();
     let mut session = Session::open(wire, Start::Configure(told(setup, plan)), listening)?;
+    session.trial(setup.config.tick_hz)?;
     let watch = match watch(&session, plan) {
         Ok(watch) => watch,
         Err(error) => return Err(ended(&mut session, setup, error)),
@@ -117,7 +119,7 @@ fn ended(session: &mut Session, setup: &Setup, error: InputError) -> InputError 
     InputError(match restore(session, setup) {
         Ok(()) => why,
         Err(_) => format!(
-            "{why}; the servo still has the settings of the recording, which know no end stops: switch it off and on before it moves"
+            "{why}; for a minute the servo still has the settings of the recording, which know no end stops: switch it off and on"
         ),
     })
 }
@@ -130,6 +132,7 @@ fn restore(session: &mut Session, setup: &Setup) -> Result<(), InputError> {
     let config = Config { travel_limit_rad, time_constant_hint_s, ..session.config() };
     let own = || Setup { config, ..*setup }.parameters(None);
     let tick = session.command(Command::Restore(session.before.unwrap_or_else(own)))?;
+    session.trial(0)?;
     let log = &mut session.kept.get_mut().log;
     log.commands.pop();
     log.rows.retain(|row| row.tick < tick);

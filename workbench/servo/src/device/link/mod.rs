@@ -36,6 +36,8 @@ const LONGEST_PARTING: Duration = Duration::from_millis(500);
 const TURNS_OF_REST: u32 = 20;
 /// The servo looks for the zero of its current sensor for 4.1 s at the slowest control rate.
 const LONGEST_ZERO: Duration = Duration::from_secs(6);
+/// A servo on trial that hears nothing for so long, s, has lost its host: no commissioning and no coast-down is longer.
+const SILENCE_S: u32 = 60;
 /// An erase of the slowest kind takes 4 s.
 const LONGEST_SAVE: Duration = Duration::from_secs(6);
 
@@ -93,7 +95,6 @@ pub struct Client {
     sequence: u16,
     outgoing: Vec<u8>,
     incoming: Vec<u8>,
-    damaged: u64,
     epoch: Epoch,
     /// As it introduced itself last.
     board: Option<Board>,
@@ -113,7 +114,6 @@ impl Client {
             axis: 0,
             outgoing: Vec::new(),
             incoming: Vec::new(),
-            damaged: 0,
             epoch: Epoch::default(),
             board: None,
             lost: false,
@@ -129,16 +129,12 @@ impl Client {
         let turned = self.wire.turn(&mut self.outgoing, &mut self.incoming);
         turned.inspect_err(|_| self.lost = true)?;
         for byte in self.incoming.drain(..) {
-            match self.receiver.push(byte) {
-                Some(Ok(frame)) => {
-                    if let Message::Hello { board, .. } = &frame.body {
-                        self.board = Some(*board);
-                    }
-                    sink(self.epoch.rebase(frame.body));
-                }
-                Some(Err(_)) => self.damaged += 1,
-                None => {}
+            // A damaged frame is none.
+            let Some(Ok(frame)) = self.receiver.push(byte) else { continue };
+            if let Message::Hello { board, .. } = &frame.body {
+                self.board = Some(*board);
             }
+            sink(self.epoch.rebase(frame.body));
         }
         Ok(())
     }
@@ -213,6 +209,12 @@ impl Client {
                 return Err(InputError(what.into()));
             }
         }
+    }
+
+    /// What comes into force on an axis of this control rate is on trial from now on: a servo that hears nothing for a minute starts
+    /// anew with what it has stored. 0: no longer.
+    pub fn trial(&mut self, tick_hz: u32) -> Result<(), InputError> {
+        self.command(Command::OnTrial(SILENCE_S * tick_hz), &mut |_| {}).map(|_| ())
     }
 
     /// The last command of a session that ends early: stop. The control tick in which it acted; `None`: the wire carries
@@ -313,11 +315,6 @@ impl Client {
             Some(event) => Err(InputError(store_text(event))),
             None => Err(InputError("the servo does not tell whether it has stored its parameters".into())),
         }
-    }
-
-    /// Frames that arrived damaged.
-    pub fn damaged(&self) -> u64 {
-        self.damaged
     }
 
     /// Ends the connection.

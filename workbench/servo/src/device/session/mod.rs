@@ -325,6 +325,11 @@ impl Session {
         Ok(())
     }
 
+    /// [`Client::trial`]
+    pub fn trial(&mut self, tick_hz: u32) -> Result<(), InputError> {
+        self.client.trial(tick_hz)
+    }
+
     /// The configuration in force.
     pub fn config(&self) -> Config {
         self.kept.borrow().log.config

@@ -241,7 +241,7 @@ impl Session {
         loop {
             let held = |kept: &Kept| kept.captured.as_ref().map_or(0, |captured| captured.shots.len());
             let from = held(&self.kept.borrow());
-            self.command(Command::CaptureRead { from: from as u16 })?;
+            self.command(Command::CaptureRead(from as u16))?;
             // The piece follows its answer.
             self.pause(READ_S)?;
             if held(&self.kept.borrow()) == from {
