@@ -146,11 +146,11 @@ pub fn run(bench: Bench, job: Job, say: &mut Listener) -> Result<Improved> {
 pub fn recover(bench: &Bench, out: &Path, say: &mut Listener) -> Result<()> {
     let Some(pending) = Pending::read(out)? else { return Ok(()) };
     let now = bench.moment()?;
-    bench.trial(0)?;
     if bench.in_force()?.is_some_and(|acting| pending.lingers(&acting, &now)) {
         bench.put(pending.before.as_ref())?;
         say("an earlier command was killed: its candidate was in force, the old parameters are again");
     }
+    bench.trial(0)?;
     Pending::end(out)
 }
 
