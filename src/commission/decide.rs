@@ -113,7 +113,7 @@ impl Params {
     #[inline(never)]
     fn unsolved(&self, state: &State) -> Reason {
         match state.timescale.found {
-            _ if state.turned => Reason::TravelTooShort,
+            _ if state.shuttle.turned => Reason::TravelTooShort,
             _ if self.identify.coarse() => Reason::EncoderTooSlow,
             None => state.or_limited(Reason::TooShort),
             Some(_) => state.or_limited(state.not_excited()),
@@ -182,7 +182,7 @@ impl Params {
             spread: &state.spread,
             checks: &reading.checks,
             mechanism: state.mechanism,
-            short_of_travel: state.turned,
+            short_of_travel: state.shuttle.turned,
             supply_measured: !state.voltage.unmeasured,
             starts: &state.course.least_started,
             excitation: Excitation::Chosen,
@@ -198,7 +198,7 @@ impl Params {
             return false;
         };
         let seen = reading.seen(direction);
-        estimates.saturation[direction] = saturation(&seen, direction, estimates, state.turned);
+        estimates.saturation[direction] = saturation(&seen, direction, estimates, state.shuttle.turned);
         true
     }
 

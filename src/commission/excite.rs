@@ -7,6 +7,7 @@ use crate::identify::regression::Sums;
 use crate::identify::slices::Slice;
 use crate::identify::solve::Structure;
 use crate::identify::spline::{HOPS_PER_WINDOW, Window};
+use crate::identify::trust::Check;
 use crate::units::{Direction, VoltageQ14};
 
 /// Highest voltage of the linear segments, Q14 of nominal: 0.62, just below the gate's limit.
@@ -88,17 +89,47 @@ impl Params {
         state.level = if part < high_until {
             HIGH
         } else if part < low_until {
+            self.even_out(state, input);
             self.low(state)
         } else {
             (self.low(state) + HIGH) / 2
         };
-        if state.stroke == 0 && !state.turned && state.level == HIGH && self.shows_time_constant(state, input)
+        if state.stroke == 0
+            && !state.shuttle.turned
+            && state.level == HIGH
+            && self.shows_time_constant(state, input)
         {
             state.stroke_ticks = None;
             self.choose_block(state);
         }
         if state.elapsed >= length {
             self.begin_coast(state, input);
+        }
+    }
+
+    /// Within a short travel every stroke may come to its low voltage in the same direction: low voltage drives the one that has
+    /// shown less, once a stroke and with a quarter of the travel before it.
+    #[inline]
+    fn even_out(&self, state: &mut State, input: &Input) {
+        if state.shuttle.turned && !state.shuttle.evened {
+            self.turn_to_the_other(state, input);
+        }
+    }
+
+    #[cold]
+    #[inline(never)]
+    fn turn_to_the_other(&self, state: &mut State, input: &Input) {
+        let seen = match &state.whole {
+            Some(reading) if state.phase == Phase::Verify => reading.checks.each_ref().map(Check::windows),
+            _ => state.identify.sums.each_ref().map(|sums| sums.rows),
+        };
+        let wanted = state.direction.reversed();
+        let [lower, upper] = self.scale.travel_counts;
+        if seen[wanted as usize] < seen[state.direction as usize]
+            && self.room(state, wanted, input.count) > upper.saturating_sub(lower) / 4
+        {
+            state.direction = wanted;
+            state.shuttle.evened = true;
         }
     }
 
@@ -139,8 +170,7 @@ impl Params {
             state.solve_for(Structure::Shared);
             return state.enter(Phase::Verify, input.count);
         }
-        state.direction = state.direction.reversed();
-        state.stroke = state.stroke.saturating_add(1);
+        self.next_stroke(state);
         if state.stroke == 1 {
             state.solve_for(Structure::Single(self.first));
         }
@@ -152,6 +182,15 @@ impl Params {
             Phase::Saturate
         };
         self.start_before(state, next, input.count);
+    }
+
+    /// Strokes begin in both directions in turn, wherever a short travel has made the last one end.
+    #[cold]
+    #[inline(never)]
+    fn next_stroke(&self, state: &mut State) {
+        state.shuttle.evened = false;
+        state.stroke = state.stroke.saturating_add(1);
+        state.direction = if state.stroke.is_multiple_of(2) { self.first } else { self.first.reversed() };
     }
 
     /// The ramp of a motor that random torque pushes about may end below its dead zone. The low voltage then does not keep
@@ -211,12 +250,12 @@ impl Params {
 
     #[inline]
     pub(super) fn verify(&self, state: &mut State, input: &Input) {
+        self.even_out(state, input);
         state.level = if state.elapsed < self.verify_middle_ticks(state) { VERIFY } else { self.low(state) };
         if state.elapsed < self.verify_ticks(state) && !self.is_late(state) {
             return;
         }
-        state.direction = state.direction.reversed();
-        state.stroke = state.stroke.saturating_add(1);
+        self.next_stroke(state);
         let next = if state.stroke < 2 {
             Phase::Saturate
         } else {

@@ -31,6 +31,15 @@ pub(super) struct Limits {
     step_counts: u32,
 }
 
+/// What a short travel has changed.
+#[derive(Clone, Copy, Debug, Default)]
+pub(super) struct Shuttle {
+    /// It was too short for a segment in one go.
+    pub(super) turned: bool,
+    /// Low voltage has changed its direction in this stroke.
+    pub(super) evened: bool,
+}
+
 impl Limits {
     pub(super) fn new(scale: &Scale) -> Self {
         let config = &scale.config;
@@ -119,21 +128,26 @@ impl Params {
     /// Within a limited travel the motor shuttles: direction changes where it would otherwise run into the end.
     #[inline]
     pub(super) fn turn_before_the_stop(&self, state: &mut State, input: &Input) {
-        let [lower, upper] = self.scale.travel_counts;
+        let [lower, _] = self.scale.travel_counts;
         let free =
             lower == i32::MIN || !matches!(state.phase, Phase::Learn | Phase::Saturate | Phase::Verify);
         if free {
             return;
         }
-        let position = input.count.wrapping_sub(state.zero);
-        let room = if state.direction == Direction::Positive {
-            upper.saturating_sub(position)
-        } else {
-            position.saturating_sub(lower)
-        };
-        if room < self.stopping_distance(state) {
+        if self.room(state, state.direction, input.count) < self.stopping_distance(state) {
             state.direction = state.direction.reversed();
-            state.turned = true;
+            state.shuttle.turned = true;
+        }
+    }
+
+    /// Counts to the end of the travel in this direction.
+    #[inline]
+    pub(super) fn room(&self, state: &State, direction: Direction, count: i32) -> i32 {
+        let [lower, upper] = self.scale.travel_counts;
+        let position = count.wrapping_sub(state.zero);
+        match direction {
+            Direction::Positive => upper.saturating_sub(position),
+            Direction::Negative => position.saturating_sub(lower),
         }
     }
 

@@ -35,7 +35,7 @@ use crate::identify::timescale;
 use crate::sample::Bridge;
 use crate::units::{Direction, Voltage, VoltageQ14, ticks_in};
 use course::Course;
-use guard::Limits;
+use guard::{Limits, Shuttle};
 use limited::Conditions;
 use pulse_test::{PulseTest, Pulses};
 use ramp::Ramp;
@@ -185,8 +185,8 @@ pub struct State {
     level: i32,
     /// Count at the reference from which the end stops are measured.
     zero: i32,
-    /// The travel was too short for a segment in one go.
-    turned: bool,
+    /// How it keeps within a short travel.
+    shuttle: Shuttle,
     energy: u64,
     last_step: u32,
     step_count: i32,
@@ -250,7 +250,7 @@ impl State {
             still: 0,
             level: 0,
             zero: count,
-            turned: false,
+            shuttle: Shuttle::default(),
             energy: 0,
             last_step: 0,
             step_count: count,

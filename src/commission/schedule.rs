@@ -105,6 +105,8 @@ impl Params {
     pub(super) fn slice(&self, state: &mut State) -> usize {
         let each = LEARN_SLICES as u32 / u32::from(self.strokes(state));
         let within = (state.elapsed * each / self.learn_ticks(state).max(1)).min(each - 1);
-        (u32::from(state.stroke) * each + within) as usize % LEARN_SLICES
+        let slice = (u32::from(state.stroke) * each + within) as usize % LEARN_SLICES;
+        // A slice holds rows of one direction: two that follow share their time where the motor shuttles.
+        if state.shuttle.turned { slice & !1 | state.direction as usize } else { slice }
     }
 }

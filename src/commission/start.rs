@@ -17,7 +17,7 @@ impl Params {
     /// What comes next, behind a further start where there is to be one: not of an axis that moves by itself or so slowly that it
     /// coasts for long, nor where the travel between end stops is short.
     pub(super) fn start_before(&self, state: &mut State, next: Phase, count: i32) {
-        let starts = self.start_ticks(state) > 0 && !state.turned;
+        let starts = self.start_ticks(state) > 0 && !state.shuttle.turned;
         state.after_start = starts.then_some(next);
         state.enter(if starts { Phase::Settle } else { next }, count);
     }

@@ -40,9 +40,12 @@ impl Slice {
     pub const EMPTY: Self =
         Self { sums: [0; COLUMNS], rows: 0, direction: Direction::Positive, outer: false };
 
-    /// Adds one row of `direction`; `outer`: above the core limit.
+    /// Adds one row of `direction`, unless it already holds rows of the other one; `outer`: above the core limit.
     #[inline]
     pub fn add(&mut self, row: &Row, direction: Direction, outer: bool) {
+        if self.rows > 0 && self.direction != direction {
+            return;
+        }
         self.outer |= outer;
         for (sum, &column) in self.sums.iter_mut().zip(&row.0) {
             // Rounded: cut off, the sums would all lean to one side, by a hundredth of a volt on slow motors.

@@ -55,6 +55,11 @@ impl Check {
         self.windows = self.windows.saturating_add(1);
     }
 
+    /// Windows noted.
+    pub fn windows(&self) -> u32 {
+        self.windows
+    }
+
     /// Forgets the older half beyond `most` windows.
     pub fn keep(&mut self, most: u32) {
         if self.windows >= most {

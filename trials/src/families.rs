@@ -206,6 +206,13 @@ impl Plant {
         self.motor.load.steps = vec![(at_s, -torque)];
         self
     }
+
+    /// End stops on both sides, so far apart as the motor gets in this time at the speed of the nominal supply.
+    pub fn with_travel(mut self, seconds: f64) -> Self {
+        let half = 0.5 * seconds * self.truth.gain * f64::from(self.config.supply_nominal_v);
+        self.config.travel_limit_rad = Some([-half as f32, half as f32]);
+        self
+    }
 }
 
 /// What real drives add beyond the families: each to be found accurate, refused, or a defect.

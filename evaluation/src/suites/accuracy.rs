@@ -61,6 +61,9 @@ pub struct Arguments {
     /// Load step at a random time in the learning segments, share of the dead zone.
     #[arg(long)]
     load_step: Option<f64>,
+    /// End stops so far apart as the motor gets in this time at full speed, s.
+    #[arg(long)]
+    travel_s: Option<f64>,
     /// Use the design seeds.
     #[arg(long)]
     design: bool,
@@ -145,6 +148,9 @@ fn one(
         let mean = 0.5 * (plant.truth.dead_zone_v[0] + plant.truth.dead_zone_v[1]);
         plant.truth.dead_zone_v[0] += sign * share * mean;
         plant.truth.dead_zone_v[1] -= sign * share * mean;
+    }
+    if let Some(seconds) = arguments.travel_s {
+        plant = plant.with_travel(seconds);
     }
     let report = commission(&plant, arguments.seconds, number, |_, _| {});
     Score::of(&plant, &report)

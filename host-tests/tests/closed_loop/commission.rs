@@ -142,22 +142,28 @@ fn low_knees_are_found_and_none_is_invented() {
 /// A joint with end stops: what fits is identified, the stops are not reached.
 #[test]
 fn limited_travel_is_respected() {
-    for number in FIRST..FIRST + 6 {
-        let mut plant =
-            Plant::draw(Family::G3, Severity::Nominal, Seeds::Evaluation(number), &Options::default());
-        // 0.3 s at full speed: less than one segment needs.
-        let travel = (0.3 * plant.truth.gain * 12.0) as f32;
-        plant.config.travel_limit_rad = Some([-0.5 * travel, 0.5 * travel]);
+    // In seconds at full speed. Less than one segment needs, and so much that each of them crosses it once.
+    let travels = [(Family::G3, 0.3), (Family::G1, 0.4), (Family::G1, 0.6), (Family::G2, 0.8)];
+    for ((family, seconds), number) in
+        travels.into_iter().flat_map(|it| (FIRST..FIRST + 6).map(move |n| (it, n)))
+    {
+        let plant = Plant::draw(family, Severity::Nominal, Seeds::Evaluation(number), &Options::default())
+            .with_travel(seconds);
         let (mut low, mut high, mut start) = (0, 0, None);
         let report = commission(&plant, 5.0, number, |_, input| {
             let start = *start.get_or_insert(input.count);
             low = low.min(input.count - start);
             high = high.max(input.count - start);
         });
-        let limit = (0.5 * travel * plant.config.counts_per_rev as f32 / std::f32::consts::TAU) as i32;
+        let [_, travel] = plant.config.travel_limit_rad.unwrap();
+        let limit = (travel * plant.config.counts_per_rev as f32 / std::f32::consts::TAU) as i32;
         assert!(-limit <= low && high <= limit, "{number}: {low} … {high} of ± {limit}");
         assert!(report.refused.is_none(), "{number}: {report:?}");
         let score = Score::of(&plant, &report);
+        assert!(
+            seconds < 0.4 || score.trusted.iter().all(|trusted| *trusted),
+            "{family:?} {seconds} s, {number}: {score:?}"
+        );
         let [_, _, worst] = dead_zone(std::slice::from_ref(&score));
         assert!(worst < 6.0, "{number}: {score:?}");
     }
