@@ -114,8 +114,7 @@ impl Bench {
         }
         let command = parameters.map_or(Command::Reset, |parameters| Command::Restore(*parameters));
         client.command(command, &mut |_| {})?;
-        let told = client.parameters()?;
-        if bits(told.as_ref()) != bits(parameters) {
+        if bits(client.parameters()?.as_ref()) != bits(parameters) {
             return Err(InputError("the servo tells other parameters than it was given".into()));
         }
         Ok(())

@@ -41,12 +41,10 @@ pub fn plan(known: &AxisParameters, seconds: f64, seed: u64) -> Result<Option<Pl
 /// The plan of an experiment on the same motor, every level once to each side; `None`: there is nothing to apply.
 pub fn experiment(plan: &Plan, asked: &Experiment) -> Option<Plan> {
     let most = plan.scale.most_v;
-    let part = |segment: &outcome::Segment| match (segment.bridge, segment.u_v) {
-        (Bridge::Open, _) => Part::Open { seconds: segment.seconds },
-        (_, volts) => {
-            let volts = volts.unwrap_or(0.0).clamp(-most, most);
-            Part::Drive { from_v: volts, to_v: volts, seconds: segment.seconds }
-        }
+    let part = |&outcome::Segment { bridge, u_v, seconds, .. }: &outcome::Segment| {
+        let volts = u_v.unwrap_or(0.0).clamp(-most, most);
+        let drive = Part::Drive { from_v: volts, to_v: volts, seconds };
+        if bridge == Bridge::Open { Part::Open { seconds } } else { drive }
     };
     let parts: Vec<Part> = asked.profile.iter().map(part).collect();
     (!parts.is_empty()).then(|| plan.with(vec![Segment { name: "experiment", parts }]))

@@ -39,12 +39,11 @@ fn table(entries: &[Entry]) -> Table {
         // Of what a model tells the loops no interval is known here.
         let sure = |u95: f64| if u95 > 0.0 { format!(" ± {u95:.4}") } else { String::new() };
         let told = |it: &Known| format!("{} {:.4}{} {}", it.name, it.value, sure(it.u95), it.unit);
-        let numbers = entry.numbers.iter().map(told);
         vec![
             number.to_string(),
             entry.names.join(", "),
             fit.map_or("–".into(), |(before, after)| format!("{before:.2} → {after:.2} %")),
-            numbers.collect::<Vec<_>>().join("; "),
+            entry.numbers.iter().map(told).collect::<Vec<_>>().join("; "),
             entry.trial.as_ref().map_or("–".into(), |it| it.text("; ")),
             entry.became().into(),
             entry.why.clone(),

@@ -87,16 +87,13 @@ pub fn improve(arguments: &Improve) -> anyhow::Result<()> {
     write(arguments, &improved)?;
     outln!("{}: {}", if improved.improved { "improved and stored" } else { "as it was" }, improved.why);
     outln!("motor time {:.1} s; the report: {}", improved.motor_s, out.join("report.html").display());
-    match improved.stop {
-        Stop::Fault => Err(NotDone(improved.why).into()),
-        _ => Ok(()),
-    }
+    anyhow::ensure!(improved.stop != Stop::Fault, NotDone(improved.why));
+    Ok(())
 }
 
 fn bench(firmware: &Firmware, setup: &Setup) -> anyhow::Result<Bench> {
     let every = session::decimation(&firmware.motor, &setup.config);
-    let listening = session::Listening { axis: firmware.axis, every };
-    Ok(Bench::new(firmware.connect(&setup.config)?, listening))
+    Ok(Bench::new(firmware.connect(&setup.config)?, session::Listening { axis: firmware.axis, every }))
 }
 
 fn write(arguments: &Improve, improved: &Improved) -> anyhow::Result<()> {
@@ -134,10 +131,9 @@ fn plan(bench: &Bench, config: &Config, budget_s: f64) -> anyhow::Result<()> {
 /// The plan for a motor that the servo does not know.
 fn commissioning(config: &Config) -> String {
     let way = improving::COMMISSION_S * f64::from(config.rated_speed_rad_s / config.gear_ratio);
-    let travel = match config.travel_limit_rad {
-        Some([lower, upper]) => format!("from {lower} to {upper} rad, kept by the servo"),
-        None => format!("free, less than {way:.0} rad to each side"),
-    };
+    let free = format!("free, less than {way:.0} rad to each side");
+    let kept = |[lower, upper]: [f32; 2]| format!("from {lower} to {upper} rad, kept by the servo");
+    let travel = config.travel_limit_rad.map_or(free, kept);
     let energy = config.energy_limit_j.get();
     let energy = energy.map_or("no limit: limits.energy_j sets one".into(), |it| format!("at most {it} J"));
     let first = format!("{:.1} s, for the servo does not know its motor", improving::COMMISSION_S);
@@ -177,8 +173,8 @@ pub fn undone(bench: &Bench, folder: &Path, number: Option<usize>) -> anyhow::Re
     let put = if entry.at.as_ref().is_some_and(alive) { Bench::put } else { Bench::restore };
     put(bench, entry.before.as_ref())?;
     bench.keep(entry.before.as_ref())?;
-    let why = format!("entry {number} was undone");
-    let undone = Entry { why, at: Some(at), after: entry.before, ..Entry::now(now) };
+    let undone = Entry { at: Some(at), after: entry.before, ..Entry::now(now) };
+    let undone = Entry { why: format!("entry {number} was undone"), ..undone };
     history::append(folder, &undone)?;
     Ok((number, undone))
 }
