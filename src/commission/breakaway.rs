@@ -168,10 +168,11 @@ impl Params {
         counts.min(1 << 30) as i32
     }
 
-    /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more.
+    /// A slow motor that coasted backwards had to be stopped first: its ramp overshot, the other direction tells more. Of a load
+    /// that drove it backwards it tells nothing.
     fn plausible_break_away(&self, state: &State) -> i32 {
         let (level, other) = (state.ramp.pause_level, state.break_away[state.direction.reversed()]);
-        let level = if other > 0 { level.min(other + other / 2) } else { level };
+        let level = if other > 0 && !state.course.loaded { level.min(other + other / 2) } else { level };
         level.max(1)
     }
 

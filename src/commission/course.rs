@@ -43,6 +43,8 @@ pub(super) struct Course {
     pub(super) until_step: u32,
     /// The supply was within its range.
     pub(super) supplied: bool,
+    /// A load turns the shaft where nothing drives it.
+    pub(super) loaded: bool,
     /// What the first direction has shown in place of a start.
     pub(super) doubt: Option<Reason>,
     /// The lowest voltages of starts of a shaft that stood before, by direction, Q14; 0: none.

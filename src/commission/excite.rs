@@ -31,6 +31,9 @@ const PARTS: (u32, u32) = (72, 220);
 const PARTS_SLOW: (u32, u32) = (110, 190);
 /// Its first segment: before its blocks are chosen nothing counts.
 const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
+/// Share of rated speed, and counts, from which on a shaft that nothing drives is moved by a load: 1.6 %, 4.
+const DRIFTS: i32 = 64;
+const LEAST_DRIFT: i32 = 4;
 /// Voltage of the first part of the verification, Q14: 0.44, within the range of the lowest knee that is supported.
 const VERIFY: i32 = 7_209;
 /// Full voltage, Q14.
@@ -62,6 +65,9 @@ impl Params {
         if self.pulse_test.is_some() && !state.pulses.proved && !state.restless {
             state.enter(Phase::PulseTest, input.count);
         } else if state.break_away[state.direction] == 0 {
+            if state.stroke == 0 {
+                self.go_with_the_load(state, input.count);
+            }
             state.enter(Phase::BreakAway, input.count);
         } else {
             state.direction = self.first;
@@ -74,6 +80,18 @@ impl Params {
                 .break_away_level(state, Direction::Positive)
                 .min(self.break_away_level(state, Direction::Negative));
             state.enter(Phase::Learn, input.count);
+        }
+    }
+
+    /// A load beyond friction turns the shaft without a voltage. The first ramp goes its way: the other one begins with a shaft that
+    /// runs backwards, and would take that for a reversed encoder.
+    #[cold]
+    #[inline(never)]
+    fn go_with_the_load(&self, state: &mut State, count: i32) {
+        let moved = count.wrapping_sub(state.start_count);
+        if moved.saturating_abs() >= (self.rated_counts(state.elapsed) / DRIFTS).max(LEAST_DRIFT) {
+            state.direction = if moved > 0 { Direction::Positive } else { Direction::Negative };
+            state.course.loaded = true;
         }
     }
 

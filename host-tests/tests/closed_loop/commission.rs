@@ -61,6 +61,28 @@ fn a_constant_load_beyond_friction_is_trusted_as_a_dead_zone_of_neither_directio
     }
 }
 
+/// A load far beyond friction turns the shaft before a voltage does: whichever way it goes, gain and time constant are found, and a
+/// reversed motor under it is refused as without.
+#[test]
+fn a_shaft_that_its_load_turns_is_commissioned() {
+    for (number, share) in (FIRST..FIRST + 12).zip([0.15, -0.15, -0.25, 0.25].into_iter().cycle()) {
+        let mut plant =
+            Plant::draw(Family::G1, Severity::Nominal, Seeds::Evaluation(number), &Options::default());
+        let stall_nm = 12.0 * plant.motor.torque_constant / plant.motor.resistance_ohm;
+        plant.motor.friction.kinetic_nm = [0.02 * stall_nm; 2];
+        plant.motor.load.constant_nm = share * stall_nm;
+        // Every second one begins in the other direction, so all pairs of load and direction occur.
+        let report = commission(&plant, 5.0, number / 2, |_, _| {});
+        assert_eq!(report.refused, None, "{number}");
+        let score = Score::of(&plant, &report);
+        assert!(score.gain.is_some_and(|error| error.abs() < 2.0), "{number}: {score:?}");
+        assert!(!score.all_trusted(), "{number}: {score:?}");
+        plant.motor.torque_constant *= -1.0;
+        plant.motor.emf_constant *= -1.0;
+        assert!(commission(&plant, 5.0, number / 2, |_, _| {}).refused.is_some(), "{number}, reversed");
+    }
+}
+
 /// What must be refused, and why.
 #[test]
 fn refusals_name_their_reason() {
