@@ -6,6 +6,7 @@
 //! before and of after.
 
 use evaluation::Results;
+use evaluation::answers::{deviations, names_are_right};
 use rayon::prelude::*;
 use std::time::Instant;
 use trials::case_motor::{CaseMotor, config};
@@ -19,6 +20,7 @@ use truing::improve::history;
 use truing::improve::improving::{self, Improved, Job};
 use truing::improve::trial::{self, COUNT_RMS, Tried};
 use truing::synthetic::cases::{self, Case, Set, Spec};
+use truing::system::effects::SUPPLY_SAG;
 use truing::system::model;
 
 /// Improves drawn motors.
@@ -33,6 +35,9 @@ pub struct Arguments {
     /// Effects that hide in each motor: 0 … 3.
     #[arg(long, default_value_t = 1)]
     effects: usize,
+    /// An effect that the library does not know hides in each instead.
+    #[arg(long)]
+    outside: bool,
     /// Only motors in which this effect hides, by its name.
     #[arg(long)]
     hidden: Option<String>,
@@ -56,6 +61,8 @@ const SETS: [Set; 4] = [Set::Nothing, Set::Single, Set::Pair, Set::Triple];
 const LISTENING: Listening = Listening { axis: 0, every: 1 };
 /// How many times smaller the errors are to be.
 const GOAL: f64 = 7.0;
+/// Half width of a 95 % interval, standard deviations.
+const HALF_WIDTH: f64 = 1.96;
 /// Noise of the motor that judges is another.
 const OTHER_NOISE: u64 = 1 << 32;
 
@@ -74,6 +81,12 @@ struct Seen {
     kept: bool,
     /// Numbers in force in the end, of what was kept last.
     numbers: Vec<f64>,
+    /// Is all that hides as large as the noise, and not the supply, which the servo logs? Then: was it named, and nothing else?
+    named_right: Option<bool>,
+    /// Was an experiment made to part the names of a tie? Then: is no tie left?
+    parted: Option<bool>,
+    /// (estimate − truth)/std of the parameters of rightly named effects.
+    deviations: Vec<f64>,
 }
 
 /// What runs the control tick.
@@ -85,7 +98,8 @@ enum Through {
 
 pub fn run(arguments: Arguments) {
     let mut page = arguments.results.page();
-    let spec = Spec { evaluation: true, ..Spec::new(SETS[arguments.effects.min(3)]) };
+    let set = if arguments.outside { Set::Outside } else { SETS[arguments.effects.min(3)] };
+    let spec = Spec { evaluation: true, ..Spec::new(set) };
     let hides = |case: &Case| {
         let hides = |name: &str| case.answer.hidden.iter().any(|it| it.name == name);
         arguments.hidden.as_ref().is_none_or(|names| names.split(',').all(hides))
@@ -110,7 +124,7 @@ pub fn run(arguments: Arguments) {
         let Seen { seed, hidden, named, outcome, motor_s, .. } = it;
         page.line(format!("| {seed} | {hidden} | {named} | {outcome} | {motor_s:.1} | {sine} | {crawl} |"));
     }
-    summary(&mut page, &seen);
+    summary(&mut page, &seen, arguments.sheet);
     if arguments.image {
         compare(&mut page, &seen, &every(Through::Library));
     }
@@ -118,7 +132,7 @@ pub fn run(arguments: Arguments) {
     page.close(&format!("{} … {last}, those with an encoder at the motor", arguments.first));
 }
 
-fn summary(page: &mut evaluation::Page, seen: &[Seen]) {
+fn summary(page: &mut evaluation::Page, seen: &[Seen], sheet: bool) {
     let kept = seen.iter().filter(|it| it.kept).count();
     let worse = seen
         .iter()
@@ -145,6 +159,26 @@ fn summary(page: &mut evaluation::Page, seen: &[Seen]) {
         median(0, &sines),
         median(1, &crawls)
     ));
+    let share = |of: fn(&Seen) -> Option<bool>| {
+        let told: Vec<bool> = seen.iter().filter_map(of).collect();
+        format!("{} of {}", told.iter().filter(|right| **right).count(), told.len())
+    };
+    page.line(format!(
+        "Named, of what is as large as the noise: {}; ties that an experiment has parted: {}.",
+        share(|it| it.named_right),
+        share(|it| it.parted)
+    ));
+    let mut errors: Vec<f64> = seen.iter().flat_map(|it| &it.deviations).map(|it| it.abs()).collect();
+    errors.sort_by(f64::total_cmp);
+    // Only a data sheet and what hides have the same units.
+    if let Some(middle) = errors.get(errors.len() / 2).filter(|_| sheet) {
+        let held = errors.iter().filter(|it| **it <= HALF_WIDTH).count();
+        page.line(format!(
+            "95 % intervals that hold the truth: {held} of {}; half width over error, median: {:.1}.",
+            errors.len(),
+            HALF_WIDTH / middle
+        ));
+    }
     let slowest = seen.iter().map(|it| it.host_s).fold(0.0, f64::max);
     let longest = seen.iter().map(|it| it.motor_s).fold(0.0, f64::max);
     page.line(format!("Motor time at most {longest:.1} s; host time at most {slowest:.1} s."));
@@ -220,7 +254,7 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> 
         case.answer.hidden.iter().map(|it| format!("{} ({:.1} σ)", it.name, it.visibility)).collect();
     let seen = Seen {
         seed,
-        hidden: hidden.join(", "),
+        hidden: case.answer.outside.map_or_else(|| hidden.join(", "), str::to_owned),
         named: "–".into(),
         outcome: String::new(),
         motor_s: f64::NAN,
@@ -229,6 +263,9 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> 
         shows: [true; 2],
         kept: false,
         numbers: Vec::new(),
+        named_right: None,
+        parted: None,
+        deviations: Vec::new(),
     };
     match found {
         Ok(found) => {
@@ -239,7 +276,18 @@ fn improved(arguments: &Arguments, spec: &Spec, seed: u32, through: Through) -> 
             let outcome = format!("{}: {}", if found.improved { "kept" } else { "as it was" }, found.why);
             let kept = found.entries.iter().rev().find(|entry| entry.kept);
             let numbers = kept.iter().flat_map(|entry| &entry.numbers).map(|it| it.value).collect();
+            let last = found.outcomes.iter().rfind(|it| !it.effects.is_empty());
+            let told = last.or(found.outcomes.first());
+            let shows = case.answer.outside.is_none()
+                && case.answer.hidden.iter().all(|it| it.visibility >= 1.0 && it.name != SUPPLY_SAG.name);
+            let experiments =
+                found.entries.iter().zip(&found.outcomes).filter(|(entry, _)| entry.logs.len() > 1);
             Seen {
+                named_right: shows.then(|| told.is_some_and(|it| names_are_right(&case.answer, it))),
+                parted: experiments.map(|(_, outcome)| outcome.ties.is_empty()).reduce(|a, b| a && b),
+                deviations: told
+                    .map(|it| deviations(&case.answer, it).into_iter().map(|(_, it)| it).collect())
+                    .unwrap_or_default(),
                 named: names,
                 outcome,
                 motor_s: found.motor_s,

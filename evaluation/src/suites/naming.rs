@@ -6,6 +6,7 @@
 //! counts the table is made from the file alone.
 
 use evaluation::Results;
+use evaluation::answers::{deviations, names_are_right};
 use rayon::prelude::*;
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs::OpenOptions;
@@ -13,7 +14,7 @@ use std::io::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 use trials::case_files::{Opened, opened};
-use trials::naming::{Line, group, report};
+use trials::naming::{Line, report};
 use trials::next_experiment::{self, Found, examine};
 use truing::gap::acceptance::prediction::Prediction;
 use truing::gap::dataset::{Part, prepare};
@@ -22,7 +23,6 @@ use truing::gap::{self, Options};
 use truing::outcome::Outcome;
 use truing::report::{Exporter, model_file::ModelFile};
 use truing::synthetic::cases::{Answer, Case, Set, Spec, draw, rms_difference};
-use truing::system::effects::{self, Meaning};
 use truing::system::log::Dynamic;
 use truing::system::model::{self, Model};
 
@@ -246,12 +246,6 @@ fn score(answer: &Answer, outcome: &Outcome, before: Option<f64>, after: Option<
     }
 }
 
-/// Whether a parameter of an effect is the angle of a sine.
-fn is_phase(effect: &str, parameter: &str) -> bool {
-    let place = effects::find(effect).and_then(|effect| Some((effect, effect.place(Meaning::Phase)?)));
-    place.is_some_and(|(effect, place)| effect.parameters[place].name == parameter)
-}
-
 /// (estimate − truth)/std of the shift of every base parameter, in cases whose names are all right.
 fn shifts(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
     if !names_are_right(answer, outcome) {
@@ -273,46 +267,4 @@ fn shifts(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
         Some((shift.parameter.clone(), (shift.shift_percent - truth) / shift.std_percent))
     })
     .collect()
-}
-
-/// (estimate − truth)/std of every parameter of an effect that is exactly right in name and form, in cases whose names are
-/// all right: what a wrong partner does to a parameter is no matter of its interval.
-fn deviations(answer: &Answer, outcome: &Outcome) -> Vec<(String, f64)> {
-    if !names_are_right(answer, outcome) {
-        return Vec::new();
-    }
-    let mut all = Vec::new();
-    for effect in answer.hidden.iter().filter(|effect| effect.form_in_library) {
-        let Some(found) = outcome.effects.iter().find(|found| found.name == effect.name) else {
-            continue;
-        };
-        for (name, truth) in &effect.parameters {
-            let Some(value) = found.parameters.get(*name) else {
-                continue;
-            };
-            let Some(std) = value.std.filter(|std| *std > 0.0) else {
-                continue;
-            };
-            let mut error = value.value - truth;
-            if is_phase(effect.name, name) {
-                let turn = std::f64::consts::TAU;
-                error -= turn * (error / turn).round();
-            }
-            all.push((format!("{}.{name}", effect.name), error / std));
-        }
-    }
-    all
-}
-
-/// Whether the names are those that are hidden, each as often.
-fn names_are_right(answer: &Answer, outcome: &Outcome) -> bool {
-    let names = |names: Vec<&str>| -> BTreeMap<String, usize> {
-        let mut counted = BTreeMap::new();
-        for name in names {
-            *counted.entry(group(name).to_owned()).or_default() += 1;
-        }
-        counted
-    };
-    names(answer.hidden.iter().map(|effect| effect.name).collect())
-        == names(outcome.effects.iter().map(|effect| effect.name.as_str()).collect())
 }

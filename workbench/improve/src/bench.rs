@@ -195,6 +195,11 @@ impl Runs {
     pub fn follow(&mut self, numbers: &AxisParameters, motions: &[Motion]) -> Result<Followed, InputError> {
         // A run ends where it began: there a load's shaft is taken up at once, before it is far away.
         let _ = self.driven || self.rest(|_| true)?;
+        let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
+        if faulted(&self.session.kept.borrow()) {
+            let fault = self.session.kept.borrow().log.fault();
+            return Ok(Followed::Faulted(fault_advice(fault)));
+        }
         // No command of its own changes the loops.
         let _ = numbers.tuning == self.tuning || self.begin_here(numbers).map(|()| true)?;
         self.session.command(Command::Adopt(numbers.estimates))?;
@@ -213,7 +218,6 @@ impl Runs {
             return self.follow(numbers, motions);
         }
         let mut rms = Vec::new();
-        let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
         for motion in motions {
             // A latched fault refuses what comes next.
             if faulted(&self.session.kept.borrow()) {

@@ -35,6 +35,9 @@ const SPARE: f64 = 1.15;
 /// Further experiments of a round that parts the names of a tie.
 const EXPERIMENTS: usize = 2;
 
+const FLOOR: &str = "the motor follows to a count of its encoder";
+const SLOW: &str = "the motor comes to rest so slowly that a trial takes more motor time than is left";
+
 /// What is to be improved, and with what.
 pub struct Job {
     /// The axis file.
@@ -375,34 +378,27 @@ impl Improving {
         self.pending(*candidate)?;
         self.began_with.get_or_insert(*base);
         let tried = trial::run(&mut self.bench, [base, candidate], self.job.budget_s)?;
-        if matches!(&tried, Tried::Whole(trial) if trial.won()) {
+        let understood = self.outcomes.last().is_none_or(|it| it.verdict != Verdict::Unexplained);
+        let kept = matches!(&tried, Tried::Whole(trial) if trial.won(understood));
+        if kept {
             self.bench.put(Some(candidate))?;
             self.bench.keep(Some(candidate))?;
             (self.standing, self.base) = (Some(*candidate), Some(*candidate));
         }
         self.put_back()?;
-        let entry = entry.with(candidate);
-        let trial = match tried {
-            Tried::Whole(trial) => trial,
-            Tried::Faulted(new, what) => {
-                let whose = if new { "new" } else { "old" };
-                let why = format!("a fault ended a run with the {whose} numbers: {what}");
-                self.note(Entry { why: why.clone(), ..entry }, say)?;
-                return if new { Ok(false) } else { ended(Stop::Fault, why) };
-            }
-            Tried::OutOfTime => {
-                let why = "the motor comes to rest so slowly that a trial takes more motor time than is left";
-                self.note(Entry { why: why.into(), ..entry }, say)?;
-                return ended(Stop::MotorTime, why);
+        let (why, ends) = match &tried {
+            Tried::Whole(_) if kept => ("it follows better".into(), None),
+            Tried::Whole(trial) if trial.at_floor() => (FLOOR.into(), Some(Stop::NoiseFloor)),
+            Tried::Whole(_) => ("it does not follow better beyond doubt".into(), None),
+            Tried::OutOfTime => (SLOW.into(), Some(Stop::MotorTime)),
+            Tried::Faulted(true, what) => (format!("a fault ended a run with the new numbers: {what}"), None),
+            Tried::Faulted(false, what) => {
+                (format!("a fault ended a run with the old numbers: {what}"), Some(Stop::Fault))
             }
         };
-        let (kept, at_floor) = (trial.won(), trial.at_floor());
-        let why = if kept { "it follows better" } else { "it does not follow better beyond doubt" };
-        self.note(Entry { kept, why: why.into(), trial: Some(trial), ..entry }, say)?;
-        if !kept && at_floor {
-            return ended(Stop::NoiseFloor, "the motor follows to a count of its encoder");
-        }
-        Ok(kept)
+        let trial = if let Tried::Whole(trial) = tried { Some(trial) } else { None };
+        self.note(Entry { kept, why: why.clone(), trial, ..entry.with(candidate) }, say)?;
+        ends.map_or(Ok(kept), |stop| ended(stop, why))
     }
 
     /// Notes what is to be put back if this program does not live to do so.

@@ -38,7 +38,8 @@ pub fn plan(known: &AxisParameters, seconds: f64, seed: u64) -> Result<Option<Pl
     Ok(Some(once).filter(|once| once.seconds <= seconds))
 }
 
-/// The plan of an experiment on the same motor, every level once to each side; `None`: there is nothing to apply.
+/// The plan of an experiment on the same motor, every level once to each side; `None`: there is nothing to apply, or it
+/// takes a sensor that this servo lacks.
 pub fn experiment(plan: &Plan, asked: &Experiment) -> Option<Plan> {
     let most = plan.scale.most_v;
     let part = |&outcome::Segment { bridge, u_v, seconds, .. }: &outcome::Segment| {
@@ -46,7 +47,7 @@ pub fn experiment(plan: &Plan, asked: &Experiment) -> Option<Plan> {
         let drive = Part::Drive { from_v: volts, to_v: volts, seconds };
         if bridge == Bridge::Open { Part::Open { seconds } } else { drive }
     };
-    let parts: Vec<Part> = asked.profile.iter().map(part).collect();
+    let parts: Vec<Part> = asked.profile.iter().filter(|_| !asked.needs_current).map(part).collect();
     (!parts.is_empty()).then(|| plan.with(vec![Segment { name: "experiment", parts }]))
 }
 

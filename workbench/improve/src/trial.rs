@@ -20,6 +20,8 @@ const T_FOUR: f64 = 2.776;
 pub const COUNT_RMS: f64 = 0.288_675;
 /// A motion that scatters so much that it may be followed worse than this is taken for worse. Chosen by judgement; not studied.
 const LEAST_SURE: f64 = 0.9;
+/// How many times smaller the error must be where the model's gap is not explained. Chosen by judgement; not studied.
+const LEAST_UNEXPLAINED: f64 = 2.0;
 /// Below this, counts rms, an error is the encoder's and not the loop's.
 const FLOOR_COUNTS: f64 = 1.0;
 /// Between two runs: to go home, to come to rest and to be stopped, s; and as many time constants of the motor.
@@ -72,11 +74,11 @@ pub struct Compared {
 impl Compared {
     /// A motor that warms up or cools while it is tried is followed better by the one set when it is warm and by the other when
     /// it is cold. So where the errors with the old numbers went one way throughout, which chance does once in sixty, each of
-    /// them must be larger than any with the new ones.
-    fn is_worse(&self) -> bool {
+    /// them must be larger than any with the new ones; where it is not understood why they did, nothing is kept.
+    fn is_worse(&self, understood: bool) -> bool {
         let (old, new) = (&self.old_rms_rad, &self.new_rms_rad);
         let one_way = old.is_sorted() || old.is_sorted_by(|a, b| a >= b);
-        let crosses = one_way && old.iter().any(|old| new.iter().any(|new| new >= old));
+        let crosses = one_way && !(understood && old.iter().all(|old| new.iter().all(|new| new < old)));
         !self.at_floor && (self.ratio.mean < 1.0 || self.ratio.low < LEAST_SURE || crosses)
     }
 }
@@ -152,9 +154,11 @@ impl Trial {
         Self { motions, improvement: Interval::of(&all) }
     }
 
-    /// Are the new numbers to be kept? They follow better beyond doubt, and no motion worse.
-    pub fn won(&self) -> bool {
-        self.improvement.low > 1.0 && !self.motions.iter().any(Compared::is_worse)
+    /// Are the new numbers to be kept? They follow better beyond doubt, and no motion worse. What is not understood may act
+    /// otherwise at another place or at another time: they then follow far better.
+    pub fn won(&self, understood: bool) -> bool {
+        let least = if understood { 1.0 } else { LEAST_UNEXPLAINED };
+        self.improvement.low > least && !self.motions.iter().any(|it| it.is_worse(understood))
     }
 
     /// Is all that is left the encoder's own error?
@@ -201,7 +205,7 @@ mod tests {
     fn a_motor_that_changes_beyond_the_improvement_is_not_judged() {
         let tried = |old: [f64; PAIRS], new: [f64; PAIRS]| {
             let rms = [old, new].map(|runs| runs.map(|it| vec![it]).to_vec());
-            Trial::of(vec![motion("sine")], &rms, &Config::EXAMPLE).won()
+            Trial::of(vec![motion("sine")], &rms, &Config::EXAMPLE).won(true)
         };
         let cooling = [0.33, 0.23, 0.21, 0.16, 0.145];
         assert!(!tried(cooling, [0.18, 0.15, 0.08, 0.06, 0.02]));
@@ -211,9 +215,11 @@ mod tests {
 
     #[test]
     fn what_makes_one_motion_better_and_another_worse_is_not_kept() {
-        assert!(trial(0.5, 0.9).won());
-        assert!(!trial(0.3, 1.1).won(), "the crawl is worse");
-        assert!(!trial(1.0, 1.0).won(), "nothing has changed");
-        assert!(!trial(1.3, 1.2).won());
+        assert!(trial(0.5, 0.9).won(true));
+        assert!(!trial(0.3, 1.1).won(true), "the crawl is worse");
+        assert!(!trial(1.0, 1.0).won(true), "nothing has changed");
+        assert!(!trial(1.3, 1.2).won(true));
+        assert!(!trial(0.6, 0.6).won(false), "a small gain that nobody understands");
+        assert!(trial(0.4, 0.3).won(false));
     }
 }

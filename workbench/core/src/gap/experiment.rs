@@ -51,8 +51,9 @@ pub fn separation(a: &Scored, b: &Scored) -> Separation {
     } else {
         format!("{left} and {right} cannot be separated with these sensors")
     };
+    let needs_current = chi2 <= SEPARABLE && dataset.sigma_current.is_none();
     let experiment = Experiment::new(text.clone(), profile, dataset.input.unit());
-    Separation { experiment, text }
+    Separation { experiment: Experiment { needs_current, ..experiment }, text }
 }
 
 /// The experiment with what it takes, as the extended model sees it: nobody wants to find out at the motor.

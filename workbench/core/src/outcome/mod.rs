@@ -196,12 +196,15 @@ pub struct Experiment {
     /// True on a linear axis.
     #[serde(skip)]
     pub linear: bool,
+    /// It tells nothing without the winding's current, which the logs do not hold.
+    #[serde(skip)]
+    pub needs_current: bool,
 }
 
 impl Experiment {
     /// What to apply and why; what it takes is not known yet.
     pub fn new(why: String, profile: Vec<Segment>, unit: &'static str) -> Self {
-        Self { why, profile, unit, peak_current_a: None, travel: None, linear: false }
+        Self { why, profile, unit, peak_current_a: None, travel: None, linear: false, needs_current: false }
     }
 }
 
