@@ -32,6 +32,7 @@ const PARTS_SLOW: (u32, u32) = (110, 190);
 /// Its first segment: before its blocks are chosen nothing counts.
 const PARTS_SLOW_FIRST: (u32, u32) = (150, 210);
 /// Share of rated speed, and counts, from which on a shaft that nothing drives is moved by a load: 1.6 %, 4.
+/// Chosen by judgement; not studied.
 const DRIFTS: i32 = 64;
 const LEAST_DRIFT: i32 = 4;
 /// Voltage of the first part of the verification, Q14: 0.44, within the range of the lowest knee that is supported.
@@ -83,8 +84,8 @@ impl Params {
         }
     }
 
-    /// A load beyond friction turns the shaft without a voltage. The first ramp goes its way: the other one begins with a shaft that
-    /// runs backwards, and would take that for a reversed encoder.
+    /// A load beyond friction turns the shaft without a voltage. The first ramp goes the way of the load: against it the shaft would
+    /// run backwards, as behind a reversed encoder.
     #[cold]
     #[inline(never)]
     fn go_with_the_load(&self, state: &mut State, count: i32) {

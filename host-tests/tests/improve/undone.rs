@@ -14,6 +14,7 @@ use servo::units::LAG_FRAC;
 use std::cell::OnceCell;
 use std::path::PathBuf;
 use std::rc::Rc;
+use trials::case_motor::{self, CaseMotor};
 use trials::extent;
 use trials::host_servo::{HostServo, Outside};
 use truing::device::link::Client;
@@ -25,6 +26,7 @@ use truing::improve::improving::{self, Job, Stop};
 use truing::improve::recording;
 use truing::improve::trial::{self, Tried};
 use truing::params::compensation;
+use truing::synthetic::cases::{self, Set, Spec};
 use truing::system::model::{self, KT, Model};
 use truing::text::input_error::InputError;
 
@@ -331,4 +333,19 @@ fn what_is_no_number_or_out_of_range_is_refused_on_the_chip_and_on_the_host() {
     candidate::candidate(&broken, &linear(), None).expect_err("no number follows from it");
     model::parse("motor.toml", &text("[known.dead_zone]\nhalf_width_v = nan\n"))
         .expect_err("nor is it one in a file");
+}
+
+/// This motor, whose grease thins, is found to run away between two runs: the axis holds a fault that no command of the next run clears.
+#[test]
+fn a_fault_between_two_runs_ends_the_trial_and_not_the_command() {
+    let case = cases::draw(&Spec { evaluation: true, ..Spec::new(Set::Outside) }, 14);
+    let config = case_motor::config(&case);
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let motor = CaseMotor::new(&case, 14).expect("an encoder at the motor");
+    let servo = HostServo::power_up(Box::new(motor), config, &outside);
+    let job = Job { setup: config.into(), budget_s: 180.0, seed: 14, ..job(None, folder.path()) };
+    let found = improving::run(bench(servo), job, &mut |text| println!("{text}")).expect("an end");
+    assert!(found.stop == Stop::Fault && !found.improved, "{}", found.why);
+    assert!(found.entries.last().is_some_and(|entry| entry.why.starts_with("a fault ended a run")));
+    assert_eq!(bits(found.in_force), bits(None));
 }
