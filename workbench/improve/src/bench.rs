@@ -13,14 +13,12 @@ use truing_core::text::input_error::InputError;
 use truing_servo::device::link::{Client, Wire, fault_advice};
 use truing_servo::device::run_log::RunLog;
 use truing_servo::device::session::{
-    self, Kept, Listening, STILL_S, Session, SessionResult, Span, Start, Task,
+    self, DRIVEN, Kept, Listening, STILL_S, Session, SessionResult, Span, Start, Task,
 };
 use truing_servo::device::tracking::TrackJson;
 
 /// Nobody waits longer than this for a shaft to stand, s.
 const LONGEST_REST_S: f64 = 4.0;
-
-const DRIVEN: &str = "the shaft is driven away while the bridge is open: brake it, or take the load off";
 
 /// Host and servo at once: whether the servo was switched off between two of them.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

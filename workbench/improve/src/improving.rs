@@ -277,8 +277,7 @@ impl Improving {
         }
         self.job.model = Some(extended);
         let fresh = self.fresh.take();
-        let kept = self.propose([Some(proposed), fresh], base, entry, say)?;
-        match (kept, verdict) {
+        match (self.propose([Some(proposed), fresh], base, entry, say)?, verdict) {
             (_, Verdict::Unexplained) => ended(
                 Stop::OutsideTheLibrary,
                 "what is left has no name in the library, and nothing is compensated that is not understood",

@@ -24,8 +24,7 @@ pub fn fit_percent(measured: &[f64], predicted: &[f64]) -> f64 {
 /// samples, of the variance of block means to what independent residuals would give. 1 for white residuals.
 pub fn inflation(residuals: &[f64]) -> f64 {
     let mean_square = residuals.iter().map(|r| r * r).sum::<f64>() / residuals.len().max(1) as f64;
-    let sixtieth = (residuals.len() / 60).max(1);
-    [4, 16, sixtieth]
+    [4, 16, (residuals.len() / 60).max(1)]
         .into_iter()
         .map(|length| block_ratio(residuals, length, mean_square))
         .fold(1.0, f64::max)

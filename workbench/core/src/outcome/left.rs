@@ -35,8 +35,7 @@ impl Unexplained {
 
     /// A share of the gap with its structure, if it has one.
     pub fn new(share_of_gap: f64, structure: Option<String>) -> Self {
-        let structure = structure.unwrap_or(NONE.into());
-        Self { share_of_gap, structure, ..Self::default() }
+        Self { share_of_gap, structure: structure.unwrap_or(NONE.into()), ..Self::default() }
     }
 }
 

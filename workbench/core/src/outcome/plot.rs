@@ -79,8 +79,7 @@ pub struct Series {
 impl Series {
     /// A curve with its legend entry.
     pub fn new(label: &str, curve: Curve, style: Style) -> Self {
-        let label = label.into();
-        Self { label, curve, style, role: None }
+        Self { label: label.into(), curve, style, role: None }
     }
 
     /// The same curve, which speaks of this.

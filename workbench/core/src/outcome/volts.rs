@@ -6,7 +6,11 @@ use crate::outcome::{NamedEffect, Value};
 /// The unit that a voltage replaces.
 pub const TORQUE: &str = "N m";
 /// The same of a current: the winding of a first-order model has 1 Ω.
-pub const CURRENT: &str = "A";
+const CURRENT: &str = "A";
+/// The same of a rise by a power.
+const PER_POWER: &str = "1/W";
+/// What the winding of a first-order model tells as a voltage.
+pub const ELECTRICAL: [&str; 2] = [CURRENT, PER_POWER];
 /// The unit that an acceleration has.
 pub const ACCELERATION: &str = "rad/s²";
 
@@ -24,7 +28,10 @@ pub fn torque<'a>(effect: &'a NamedEffect, voltage: &str) -> Option<(&'a String,
 /// The voltage that stands for a parameter of an effect, with its name.
 pub fn of<'a>(effect: &'a NamedEffect, name: &str) -> Option<(&'a String, &'a Value)> {
     let unit = &effect.parameters.get(name)?.unit;
-    effect.derived.get_key_value(&key(name)).filter(|_| unit.contains(TORQUE) || unit == CURRENT)
+    effect
+        .derived
+        .get_key_value(&key(name))
+        .filter(|_| unit.contains(TORQUE) || ELECTRICAL.contains(&&**unit))
 }
 
 /// `_nm` reads `_rad_s2`.
@@ -32,13 +39,20 @@ pub fn acceleration_key(name: &str) -> String {
     name.replace("_nm", "_rad_s2")
 }
 
-/// `_nm` reads `_v`, and so does a last `_a`.
+/// `_nm` reads `_v`, and so does a last `_a`; a last `_w` reads `_v2`.
 pub fn key(name: &str) -> String {
-    let bare = name.strip_suffix("_a").unwrap_or(name);
-    if name.contains("_nm") { name.replace("_nm", "_v") } else { format!("{bare}_v") }
+    match (name.strip_suffix("_a"), name.strip_suffix("_w")) {
+        (_, Some(power)) => format!("{power}_v2"),
+        _ if name.contains("_nm") => name.replace("_nm", "_v"),
+        (current, _) => format!("{}_v", current.unwrap_or(name)),
+    }
 }
 
-/// `N m s/rad` reads `V s/rad`.
-pub fn unit(torque: &str) -> String {
-    torque.replace(TORQUE, "V")
+/// `N m s/rad` reads `V s/rad`, `A` reads `V`, and `1/W` reads `1/V²`.
+pub fn unit(unit: &str) -> String {
+    match unit {
+        CURRENT => "V".into(),
+        PER_POWER => "1/V²".into(),
+        _ => unit.replace(TORQUE, "V"),
+    }
 }

@@ -9,8 +9,7 @@ pub fn figure(x: f64) -> String {
 
 /// A gap with four significant digits, zeros kept: gaps are read one below the other.
 pub fn gap(rms: f64) -> String {
-    let magnitude = rms.abs().log10().floor();
-    match 3.0 - magnitude {
+    match 3.0 - rms.abs().log10().floor() {
         decimals if (0.0..=7.0).contains(&decimals) => format!("{rms:.0$}", decimals as usize),
         _ => figure(rms),
     }

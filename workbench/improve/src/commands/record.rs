@@ -110,11 +110,8 @@ impl Arguments {
                 "{name} must be a finite number above 0"
             );
         }
-        let known = match &self.params {
-            Some(path) => Some(Params::read(path)?.estimates(config)),
-            None => None,
-        };
+        let known = self.params.as_ref().map(|path| Params::read(path)).transpose()?;
         let limits = Limits { budget_s: self.budget_s, travel_rad: self.travel_rad, energy_j: self.energy_j };
-        Ok(Plan::new(config, known.as_ref(), &limits, self.firmware.seed)?)
+        Ok(Plan::new(config, known.map(|it| it.estimates(config)).as_ref(), &limits, self.firmware.seed)?)
     }
 }

@@ -178,13 +178,13 @@ impl Recorder<'_> {
     fn record(&mut self, progress: &mut Listener) -> Result<bool, InputError> {
         self.session.command(Command::Compensation(false))?;
         self.session.command(Command::Adopt(self.plan.known))?;
-        for segment in &self.plan.segments {
+        for (place, segment) in self.plan.segments.iter().enumerate() {
             self.sign = 1.0;
             self.session.command(Command::Arm)?;
             if self.segment(segment, progress)? {
                 return self.opened().map(|()| true);
             }
-            self.back(progress)?;
+            self.back(self.plan.pose(place + 1), progress)?;
         }
         self.opened().map(|()| false)
     }
@@ -264,10 +264,10 @@ impl Recorder<'_> {
         loop {
             self.session.command(brake)?;
             let until = self.now() + self.session.ticks(REPEAT_S).max(1);
-            let (watch, over) = (&self.watch, |kept: &Kept, watch: &Watch| watch.turned(&kept.log, side));
+            let watch = &self.watch;
             let ended = |kept: &Kept| {
                 watch.look(&kept.log, false);
-                matches!(watch.trip.get(), Some(Trip::Energy | Trip::Fault)) || over(kept, watch)
+                matches!(watch.trip.get(), Some(Trip::Energy | Trip::Fault)) || watch.turned(&kept.log, side)
             };
             self.session.run_to(until, ended, "turning", &mut |_| {})?;
             let trip = self.checked(self.watch.trip.get())?;
@@ -316,24 +316,22 @@ impl Recorder<'_> {
     /// The run-up goes on until the axis is about in the middle of its travel, so that it has room to coast.
     fn run_up_to_middle(&mut self, volts: f64) -> Result<Option<Trip>, InputError> {
         let Some(window) = self.watch.window else { return Ok(None) };
-        let longest = self.session.ticks(LONGEST_RUN_UP * self.plan.scale.unit_s);
-        let end = self.now() + longest;
+        let end = self.now() + self.session.ticks(LONGEST_RUN_UP * self.plan.scale.unit_s);
         loop {
             let here = f64::from(self.session.here());
             if (here - window.centre()).abs() < MIDDLE * window.room() || self.now() >= end {
                 return Ok(None);
             }
-            let quiet = &mut |_: truing_servo::device::session::Progress| {};
-            if self.drive(&|_| volts, RAMP_STEP_S, "run-up", quiet)? == Some(Trip::Energy) {
+            if self.drive(&|_| volts, RAMP_STEP_S, "run-up", &mut |_| {})? == Some(Trip::Energy) {
                 return Ok(Some(Trip::Energy));
             }
         }
     }
 
-    /// Between two segments: an open bridge on a free axis, else back to the middle of the travel by the position loop.
-    fn back(&mut self, progress: &mut Listener) -> Result<(), InputError> {
+    /// Between two segments: an open bridge on a free axis, else by the position loop to where the next one begins.
+    fn back(&mut self, pose: f64, progress: &mut Listener) -> Result<(), InputError> {
         let Some(window) = self.watch.window else { return self.opened() };
-        self.session.command(Command::Position(window.centre() as f32))?;
+        self.session.command(Command::Position((window.centre() + pose * window.room()) as f32))?;
         let still = self.session.standstill();
         let end = self.now() + self.session.ticks(RETURN_S);
         let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
@@ -354,8 +352,7 @@ impl Recorder<'_> {
     fn wait(&mut self, end: u32, alone: bool) -> Result<Option<Trip>, InputError> {
         let watch = &self.watch;
         self.session.run_to(end, |kept| watch.look(&kept.log, alone), "recording", &mut |_| {})?;
-        let trip = self.watch.trip.get();
-        self.checked(trip)
+        self.checked(self.watch.trip.get())
     }
 
     fn checked(&self, trip: Option<Trip>) -> Result<Option<Trip>, InputError> {

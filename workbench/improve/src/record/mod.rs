@@ -21,7 +21,10 @@ use truing_servo::device::link::range_text;
 pub const BUDGET_S: f64 = 25.0;
 /// Amplitudes are drawn within this share around their middle.
 const SPREAD: f64 = 0.1;
-/// Going back to the middle of a travel takes so long at most, s.
+/// Slow segments are made again so far from the middle, as a share of the way to an end stop: a weight pulls otherwise there. Chosen by
+/// judgement; not studied.
+const POSES: [(&str, f64); 2] = [("triangle", 0.5), ("crawl", -0.5)];
+/// Going to where a segment begins takes so long at most, s.
 pub(crate) const RETURN_S: f64 = 1.5;
 
 /// What a recording must stay within beside the limits of the axis file. `None`: the axis file alone decides.
@@ -129,6 +132,14 @@ impl Plan {
         rest.shuffle(&mut random);
         let pass: Vec<Segment> = std::iter::once(first.clone()).chain(rest).collect();
         [pass.clone(), pass, vec![first]].concat()
+    }
+
+    /// Where between end stops a segment begins: 0 in the middle, ±1 at a stop.
+    fn pose(&self, place: usize) -> f64 {
+        let again = self.segments.len() / 2..self.segments.len() - 1;
+        let segment = self.segments.get(place).filter(|_| again.contains(&place));
+        let pose = |segment: &Segment| POSES.iter().find(|(slow, _)| *slow == segment.name);
+        segment.and_then(pose).map_or(0.0, |(_, pose)| *pose)
     }
 
     /// The plan for people.

@@ -98,8 +98,7 @@ impl Segment {
 
     /// Eight levels of this share of the largest voltage with alternating signs.
     pub fn reversals(scale: &Scale, share: f64) -> Self {
-        let swing_s = 2.0 * scale.swing_s(scale.volts(share));
-        let units = 0.6 + swing_s / scale.unit_s;
+        let units = 0.6 + 2.0 * scale.swing_s(scale.volts(share)) / scale.unit_s;
         let parts = (0..8).map(|turn| level(scale, if turn % 2 == 0 { share } else { -share }, units));
         Self { name: "reversals", parts: parts.collect() }
     }

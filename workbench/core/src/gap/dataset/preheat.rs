@@ -56,16 +56,16 @@ impl Preheat {
         Self { losses: Arc::clone(losses), since_s }
     }
 
-    /// Heat in the winding at the end, as the power that would hold it.
-    pub(super) fn heat_w(&self, plant: &Physics) -> f64 {
+    /// Heat in the winding at the end, as the power that would hold it, from `before` at the start of the run.
+    pub(super) fn heat_w(&self, plant: &Physics, before: f64) -> f64 {
         let Losses { piece_s, means } = &*self.losses;
         if plant.heat_rise_per_w <= 0.0 || plant.drive != Drive::Voltage || means.is_empty() {
-            return 0.0;
+            return before;
         }
         let pieces = ((self.since_s / piece_s) as usize).min(means.len());
         let first = ((self.since_s - FORGOTTEN * plant.heat_time_s) / piece_s).max(0.0) as usize;
         let keep = (-piece_s / plant.heat_time_s).exp();
-        means[first.min(pieces)..pieces].iter().fold(0.0, |heat, [uu, uw, ww]| {
+        means[first.min(pieces)..pieces].iter().fold(before, |heat, [uu, uw, ww]| {
             let volts = (uu - 2.0 * plant.ke * uw + plant.ke * plant.ke * ww).max(0.0);
             let loss = volts / (plant.resistance * (1.0 + plant.heat_rise_per_w * heat));
             loss + (heat - loss) * keep

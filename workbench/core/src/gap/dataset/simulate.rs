@@ -134,7 +134,8 @@ impl GridRun {
         let start = if self.position.is_empty() { 0.0 } else { self.shaft(plant, 0) };
         let mut state = State::moving(plant, start, speed);
         state.time_s = self.since_s;
-        state.heat_w = self.preheat.as_ref().map_or(0.0, |preheat| preheat.heat_w(plant));
+        let before = state.heat_w;
+        state.heat_w = self.preheat.as_ref().map_or(before, |preheat| preheat.heat_w(plant, before));
         let driven = self.bridge.first() == Some(&Bridge::Driven);
         if self.since_s > 0.0 && driven {
             // It was driven before: what drives lies against the load.

@@ -323,8 +323,7 @@ impl Motion {
         for (force, (size, scale)) in forces.iter_mut().zip(solved.iter().zip(&scales)) {
             *force = size / scale;
         }
-        let explained = 1.0 - left / self.variation;
-        Fitted { slope: forces[0], rate, forces, explained }
+        Fitted { slope: forces[0], rate, forces, explained: 1.0 - left / self.variation }
     }
 
     /// The share that a fit to another record explains of this one.

@@ -159,8 +159,7 @@ impl Basis {
     fn time_peaks(&self, dataset: &Dataset) -> Vec<Line> {
         let unit = PI / dataset.scales.duration;
         // Twenty times above its corner a motor answers with a twentieth. Chosen by judgement; not studied.
-        let highest = 20.0 / dataset.scales.time;
-        let count = ((highest / unit) as usize).clamp(1, 3 * LINES);
+        let count = ((20.0 / dataset.scales.time / unit) as usize).clamp(1, 3 * LINES);
         let mut lines = self.scan(dataset, Axis::Time, unit, count);
         // Fewer than three periods in the log are a drift.
         lines.retain(|line| line.number > 6.0 * unit);

@@ -172,8 +172,7 @@ pub fn fit_near(
     let mut evaluator = Evaluator::new(hypothesis, setting);
     let slots = hypothesis.slots.iter();
     let columns = slots.map(|slot| known(slot).unwrap_or_default()).collect();
-    let solution = solve_near(&mut evaluator, start, &setting.schedule(), columns);
-    fitted(hypothesis, solution)
+    fitted(hypothesis, solve_near(&mut evaluator, start, &setting.schedule(), columns))
 }
 
 fn fitted(hypothesis: &Hypothesis, solution: Solution) -> Fit {

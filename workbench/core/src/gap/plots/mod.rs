@@ -19,8 +19,7 @@ const BINS: usize = 40;
 /// All plots. `later`: what the second model is called; none where it is the given one.
 pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample], later: Option<&str>) -> Vec<Plot> {
     let name = later.unwrap_or_default();
-    let linear = given.dataset.linear;
-    let speed = if linear { "speed, m/s" } else { "speed, rad/s" };
+    let speed = if given.dataset.linear { "speed, m/s" } else { "speed, rad/s" };
     let compared = if given.dataset.of_position { &format!("way, {}", given.dataset.unit()) } else { speed };
     let band = Some(given.dataset.sigma);
     let mut plots = vec![
@@ -36,8 +35,7 @@ pub fn all(given: &Hypothesis, before: &[Sample], after: &[Sample], later: Optio
 
 /// A value over time, run after run.
 fn thinned(samples: &[Sample], value: impl Fn(&Sample) -> f64) -> Curve {
-    let every = samples.len().div_ceil(POINTS).max(1);
-    let kept = samples.iter().step_by(every);
+    let kept = samples.iter().step_by(samples.len().div_ceil(POINTS).max(1));
     let (mut run, mut start) = (None, 0.0);
     kept.fold(Curve::default(), |mut curve, sample| {
         // A new run breaks the line and follows behind the last.

@@ -117,10 +117,11 @@ impl Spread<'_, '_> {
             let torque = slot.filter(|_| parameter.unit.contains(volts::TORQUE));
             let torque = torque.map(|_| Torque { set: self.kept, covariance, place: (index, k), less: None });
             let std = torque.as_ref().map_or(own, Torque::std);
-            let current = first_order && parameter.unit == volts::CURRENT;
-            let across = || (volts::key(parameter.name), Value { value, std, unit: "V".into() });
+            let electrical = first_order && volts::ELECTRICAL.contains(&parameter.unit);
+            let across =
+                || (volts::key(parameter.name), Value { value, std, unit: volts::unit(parameter.unit) });
             let seen = torque.map(|torque| torque.seen(parameter.name, parameter.unit, true));
-            let seen = seen.unwrap_or_else(|| current.then(across).into_iter().collect());
+            let seen = seen.unwrap_or_else(|| electrical.then(across).into_iter().collect());
             Some(Estimate { parameter, value, std, own, seen })
         };
         item.effect.parameters.iter().enumerate().filter_map(estimate).collect()

@@ -16,8 +16,7 @@ pub fn of(bare: &Scored, tracks: &Tracks, compared: &[Compared], term: &Term) ->
     let dataset = bare.hypothesis.dataset;
     let variable = term.over[0].variable;
     let moments: Vec<&Moment> = tracks.moments(&bare.hypothesis).collect();
-    let all = [Part::A, Part::B, Part::HoldOut, Part::Masked];
-    let seen = samples(bare, &all);
+    let seen = samples(bare, &[Part::A, Part::B, Part::HoldOut, Part::Masked]);
     let per_unit = match term.acts {
         Acting::Input => bare.plant().torque_per_input(),
         _ => 1.0,

@@ -84,8 +84,7 @@ pub(super) fn evolved(child: &Hypothesis, parent: &Scored, projector: &Projector
     };
     let predicted =
         |members: &[DVector<f64>]| followed(members).iter().map(|start| start.predicted_cost).collect();
-    let best = least(begin.len(), FOR_ONE, 0, predicted);
-    followed(&[best]).swap_remove(0).x
+    followed(&[least(begin.len(), FOR_ONE, 0, predicted)]).swap_remove(0).x
 }
 
 impl<'a> Search<'a, '_> {

@@ -59,8 +59,7 @@ impl<'a> Search<'a, '_> {
             // A small name may have stood in the place of a richer form.
             (kept, smaller) = (self.enriched(kept, &mut path), None);
         }
-        let best = self.evened(self.fine(&self.by_weight(kept, smaller)));
-        self.found(base, best, path)
+        self.found(base, self.evened(self.fine(&self.by_weight(kept, smaller))), path)
     }
 
     /// Names until none removes its share, then those that stay; again without those that did not: each may have stood in the place

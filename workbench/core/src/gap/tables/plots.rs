@@ -102,7 +102,6 @@ impl Gallery<'_> {
     fn residual(&self, label: &str, plant: &Physics) -> Series {
         let residual = self.data.residual(plant).into_iter();
         let y = residual.map(|error| error / self.unit.rad_s).collect();
-        let x = self.data.volts.clone();
-        Series::new(label, Curve { x, y }, Style::Points)
+        Series::new(label, Curve { x: self.data.volts.clone(), y }, Style::Points)
     }
 }

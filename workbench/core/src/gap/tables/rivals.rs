@@ -138,8 +138,7 @@ impl<'a> Search<'a> {
             let items = forms(effect).into_iter();
             let larger = best(items.filter_map(|item| self.extended(set, &item)))?;
             let added = compared(set, vec![effect], larger);
-            let objection = Some(earned(-added.worse_by));
-            Some(Replacement { objection, ..added })
+            Some(Replacement { objection: Some(earned(-added.worse_by)), ..added })
         };
         let mut all: Vec<Replacement<'a>> = offered.into_iter().filter_map(added).collect();
         by_least(&mut all, |it| it.worse_by);

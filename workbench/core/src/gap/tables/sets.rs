@@ -67,8 +67,7 @@ impl<'a> Search<'a> {
 
     /// The set with one more effect, refitted: with the base where it was, and from its nominal values.
     pub fn extended(&self, parent: &Set<'a>, item: &Item) -> Option<Set<'a>> {
-        let starts = self.rows.starts(item, &parent.plant());
-        self.extended_from(parent, item, &starts, true)
+        self.extended_from(parent, item, &self.rows.starts(item, &parent.plant()), true)
     }
 
     /// The set with one more effect, refitted from these values of its parameters.

@@ -183,8 +183,7 @@ fn compare<'a>(search: &Search<'a>, found: &mut Found<'a>, long: bool, inflation
 /// Where the structured rest sits.
 fn shape(residual: &Residual) -> String {
     let largest = residual.volts.iter().fold(0.0_f64, |m, u| m.max(u.abs()));
-    let thirds = words::error_by_region(residual, &words::regions(&[], largest));
-    match thirds.first() {
+    match words::error_by_region(residual, &words::regions(&[], largest)).first() {
         Some((region, share)) => {
             format!("a smooth function of the voltage, {:.0} % of it at {region}", 100.0 * share)
         }

@@ -22,8 +22,7 @@ pub static COULOMB_ASYMMETRIC: Effect = Effect {
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Edges).needs(Needs::Reversal)),
     relations: Relations {
         inseparable_from: &[&CONSTANT_LOAD],
-        uneven_of: Some(Uneven { even: &COULOMB_FRICTION, with: &SHIFTS }),
-        ..Relations::NONE
+        ..Relations::uneven(&COULOMB_FRICTION, &SHIFTS)
     },
     on_chip: OnChip::Known,
     apply: |p, plant| {

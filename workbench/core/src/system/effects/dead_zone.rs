@@ -65,11 +65,7 @@ pub static DEAD_ZONE_ASYMMETRIC: Effect = Effect {
     offered: Offered::Both(
         Steady::new(Role::Representative, Shape::Edges).needs(Needs::Reversal).never_beside(&SHIFTS),
     ),
-    relations: Relations {
-        inseparable_from: &[&VOLTAGE_OFFSET],
-        uneven_of: Some(Uneven { even: &DEAD_ZONE, with: &SHIFTS }),
-        ..Relations::NONE
-    },
+    relations: Relations { inseparable_from: &[&VOLTAGE_OFFSET], ..Relations::uneven(&DEAD_ZONE, &SHIFTS) },
     on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.dead_pos += p[0];

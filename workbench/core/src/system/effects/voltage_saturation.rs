@@ -48,10 +48,7 @@ pub static VOLTAGE_SATURATION_ASYMMETRIC: Effect = Effect {
     domain: Domain::LargeInputs,
     form: Form::Rich,
     offered: Offered::Tables(Steady::new(Role::Representative, Shape::Limit).needs(Needs::Reversal)),
-    relations: Relations {
-        uneven_of: Some(Uneven { even: &VOLTAGE_SATURATION, with: &[] }),
-        ..Relations::NONE
-    },
+    relations: Relations::uneven(&VOLTAGE_SATURATION, &[]),
     on_chip: OnChip::Known,
     apply: |p, plant| {
         plant.limit = plant.limit.min(p[0]);

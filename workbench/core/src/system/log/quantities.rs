@@ -68,8 +68,7 @@ impl Sheet<'_> {
             Some(_) => format!("`{cell}` is not a finite number; remove the row"),
             None => self.no_number(cell),
         };
-        let what = format!("column {}: {why}", self.cells.header[index]);
-        Err(self.wrong(row, what))
+        Err(self.wrong(row, format!("column {}: {why}", self.cells.header[index])))
     }
 
     fn no_number(&self, cell: &str) -> String {

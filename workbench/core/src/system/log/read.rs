@@ -217,8 +217,7 @@ impl<'a> Sheet<'a> {
         self.check_share(&bridging::holes(&whole, &lost), &rows)?;
         let bridged = bridging::bridge(&mut whole, &lost, |row| id[row]);
         let all = whole.rows();
-        let pieces = self.pieces(&rows, &id, &bridged)?;
-        let runs = whole.parted(&pieces);
+        let runs = whole.parted(&self.pieces(&rows, &id, &bridged)?);
         let left: usize = runs.iter().map(Run::rows).sum();
         let what = if bad.is_some() { "empty or bad" } else { "empty" };
         notes.extend(bridged.sentence(all, left).map(|text| text.replace("empty", what)));

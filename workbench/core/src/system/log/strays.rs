@@ -121,8 +121,7 @@ fn beyond_sag(values: &[f64], rows: &Range<usize>) -> bool {
 fn strays(columns: Vec<(&'static str, Ranges, usize, f64)>) -> Vec<Strays> {
     let found = columns.into_iter().map(|(column, rows, outside, _)| {
         let found = Strays { column, rows, outside: false };
-        let outside = 2 * outside > found.count();
-        Strays { outside, ..found }
+        Strays { outside: 2 * outside > found.count(), ..found }
     });
     found.filter(|found| !found.rows.is_empty()).collect()
 }

@@ -203,8 +203,7 @@ impl<'a> File<'a> {
 
     fn sensors(&'a self, root: &Table) -> Sensors {
         let section = self.section(root, "sensors");
-        let words = section.text("speed");
-        let speed = match words.as_deref() {
+        let speed = match section.text("speed").as_deref() {
             Some("encoder_difference_centred") => SpeedSensor::EncoderDifferenceCentred,
             Some("encoder_difference_causal") => SpeedSensor::EncoderDifferenceCausal,
             Some("analog_tacho") => SpeedSensor::AnalogTacho,

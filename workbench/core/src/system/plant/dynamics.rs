@@ -352,8 +352,7 @@ impl<'a, F: Lanes> Dynamics<'a, F> {
             loads.motor = loads.motor + drag(&self.plant.torques, omega);
         }
         if self.features.unnamed {
-            let torque = self.terms(by, at).torque(state, omega);
-            loads.motor = loads.motor + torque;
+            loads.motor = loads.motor + self.terms(by, at).torque(state, omega);
         }
         if self.features.varying_friction() {
             let extra = self.extra_friction(state, omega, by, &loads);

@@ -123,6 +123,8 @@ numbers! {
     heat_rise_per_w: 0.0,
     /// Thermal time constant, s.
     heat_time_s: f64::INFINITY,
+    /// Relative rise of R when a log begins.
+    heat_start: 0.0,
     /// Current at which Kt has fallen to a half, A; infinite: never.
     kt_knee_a: f64::INFINITY,
     /// Kinetic friction for positive speed, N m.

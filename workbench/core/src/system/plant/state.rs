@@ -39,7 +39,7 @@ impl<F: Lanes> State<F> {
     /// At `theta`, moving with `omega`, everything else settled at that speed without current.
     #[inline(always)]
     pub fn moving(plant: &Physics<F>, theta: F, omega: F) -> Self {
-        let none = theta.like(0.0);
+        let (none, tiny) = (theta.like(0.0), theta.like(f64::MIN_POSITIVE));
         let lagged = plant.scaled(omega);
         Self {
             time_s: 0.0,
@@ -47,7 +47,7 @@ impl<F: Lanes> State<F> {
             omega,
             current: none,
             mean_current: none,
-            heat_w: none,
+            heat_w: plant.heat_start / plant.heat_rise_per_w.max(tiny),
             supply_v: plant.supply_v,
             theta_load: theta,
             omega_load: omega,

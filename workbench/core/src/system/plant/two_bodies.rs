@@ -89,8 +89,7 @@ impl<F: Lanes> Pair<'_, F> {
         let Self { motor, load, h, .. } = self;
         let rate = motor.omega - load.omega;
         let coupling = p.stiffness * (0.25 * h) + p.coupling_damping * 0.5;
-        let held = p.stiffness * twist + coupling * rate;
-        self.joined(held, coupling)
+        self.joined(p.stiffness * twist + coupling * rate, coupling)
     }
 
     /// Both bodies under the torque `held` + `coupling`·(ω_motor − ω_load) between them.

@@ -1,7 +1,7 @@
 //! Tasks from which the servo knows more: commissioning, estimates of an earlier one, a reference; and storing it.
 
 use super::kept::Kept;
-use super::{Done, Listener, PAUSE_S, Performed, Session};
+use super::{DRIVEN, Done, Listener, PAUSE_S, Performed, Session};
 use crate::device::link::{Client, found_text};
 use servo::identify::estimate::Estimates;
 use servo::link::protocol::Command;
@@ -74,7 +74,9 @@ impl Session {
         if !self.coast(self.standstill(), 1, progress)? {
             self.catch(true, progress)?;
         }
-        self.client.save(&mut |message| self.kept.borrow_mut().take(message))?;
+        let saved = self.client.save(&mut |message| self.kept.borrow_mut().take(message));
+        let driven = !self.kept.borrow().stands_within(self.standstill(), 0);
+        saved.map_err(|error| if driven { InputError(format!("{error}; {DRIVEN}")) } else { error })?;
         Ok(Done::Stored)
     }
 

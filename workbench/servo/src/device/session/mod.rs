@@ -31,6 +31,8 @@ use truing_report::console::interrupt;
 const SERIAL_RECORDS_PER_S: u32 = 400;
 /// The bridge is open for so long between two tasks, s.
 const PAUSE_S: f64 = 0.3;
+/// What an open bridge lets a load do, and the remedy.
+pub const DRIVEN: &str = "the shaft is driven away while the bridge is open: brake it, or take the load off";
 /// An axis that does not move for so long, s, stands.
 pub const STILL_S: f64 = 0.1;
 /// After so long, s, a motion begins even if the axis does not stand.

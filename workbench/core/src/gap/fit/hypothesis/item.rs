@@ -25,14 +25,12 @@ pub struct Item {
 impl Item {
     /// An effect whose optional parameters keep their defaults.
     pub fn plain(effect: &'static Effect) -> Self {
-        let freedom = Freedom::Plain;
-        Self { effect, freedom }
+        Self { effect, freedom: Freedom::Plain }
     }
 
     /// An effect whose parameters all move.
     pub fn full(effect: &'static Effect) -> Self {
-        let freedom = Freedom::Full;
-        Self { effect, freedom }
+        Self { effect, freedom: Freedom::Full }
     }
 
     /// True if all its parameters move.

@@ -175,7 +175,7 @@ fn base_slots(dataset: &Dataset, model: &Model) -> Vec<Slot> {
     parameters.filter_map(slot).collect()
 }
 
-/// Known effects move by their standard deviation, or by the default tolerance where the file gives none.
+/// Known effects move by their standard deviation, or by the default tolerance where the file gives none; how the log begins is free.
 fn known_slots(model: &Model) -> Vec<Slot> {
     let mut slots = Vec::new();
     for (known, it) in model.known.iter().enumerate() {
@@ -183,13 +183,14 @@ fn known_slots(model: &Model) -> Vec<Slot> {
             let value = it.values[parameter];
             let fixed =
                 spec.meaning == Meaning::PeriodsPerTurn || (value == 0.0 && it.stds[parameter].is_none());
+            let free = spec.meaning == Meaning::AtStart;
             let default = if spec.meaning == Meaning::Phase {
                 model.default_tolerance
             } else {
                 model.default_tolerance * value.abs()
             };
-            let std = it.stds[parameter].unwrap_or(default);
-            if !fixed && std > 0.0 {
+            let std = if free { spec.upper } else { it.stds[parameter].unwrap_or(default) };
+            if free || !fixed && std > 0.0 {
                 slots.push(Slot::Known { known, parameter, std });
             }
         }

@@ -36,6 +36,8 @@ pub enum Meaning {
     PeriodsPerTurn,
     /// A frequency in time, Hz.
     Frequency,
+    /// How a log begins: it says nothing of another log.
+    AtStart,
 }
 
 impl Parameter {

@@ -17,6 +17,11 @@ pub struct Relations {
 impl Relations {
     /// It stands for itself.
     pub const NONE: Self = Self { inseparable_from: &[], uneven_of: None, multiplies: None };
+
+    /// It is the form with two different sides.
+    pub const fn uneven(even: &'static Effect, with: &'static [&'static Effect]) -> Self {
+        Self { uneven_of: Some(Uneven { even, with }), ..Self::NONE }
+    }
 }
 
 /// A form with two different sides.
@@ -45,8 +50,7 @@ pub enum Multiplies {
 impl Multiplies {
     /// A base parameter whose key is the same on every axis.
     pub const fn base(key: &'static str) -> Self {
-        let linear_key = key;
-        Self::Base { key, linear_key }
+        Self::Base { key, linear_key: key }
     }
 
     /// The key of its tolerance in the model file.
