@@ -76,7 +76,7 @@ impl Compared {
     /// it is cold. So where the errors with the old numbers went one way throughout, which chance does once in sixty, each of
     /// them must be larger than any with the new ones; where it is not understood why they did, nothing is kept.
     ///
-    /// Where chance alone would not part old errors from new ones, which it does once in 252 times, they may scatter as they will: a run
+    /// Where every new error is smaller than every old one, which chance does once in 252 times, they may scatter as they will: a run
     /// depends on how the one before has left the shaft.
     fn is_worse(&self, understood: bool) -> bool {
         let (old, new) = (&self.old_rms_rad, &self.new_rms_rad);
