@@ -41,6 +41,8 @@ pub enum Set {
     Triple,
     /// One effect that the library does not hold, plainly visible.
     Outside,
+    /// Four effects, each visible.
+    Quadruple,
 }
 
 impl Set {
@@ -51,6 +53,7 @@ impl Set {
             Self::Single => 1,
             Self::Pair => 2,
             Self::Triple => 3,
+            Self::Quadruple => 4,
         }
     }
 }
@@ -175,7 +178,7 @@ impl Rig {
     }
 }
 
-/// Smallest visibility of an effect in pairs and triples, σ.
+/// Smallest visibility of an effect beside others, σ.
 const VISIBLE: f64 = 0.3;
 /// Smallest visibility of an effect outside the library, σ.
 const PLAIN: f64 = 5.0;
@@ -185,15 +188,12 @@ const TRIES: usize = 40;
 /// Draws case `seed` of a set.
 pub fn draw(spec: &Spec, seed: u32) -> Case {
     let mut rng = spec.rng(seed);
-    let mut attempt = || attempt(spec, seed, &mut rng);
-    let mut last = attempt();
     for _ in 1..TRIES {
-        if last.0 {
-            break;
+        if let (true, case) = attempt(spec, seed, &mut rng) {
+            return case;
         }
-        last = attempt();
     }
-    last.1
+    attempt(spec, seed, &mut rng).1
 }
 
 /// One try: the case, and whether everything hidden is visible enough.
@@ -213,7 +213,7 @@ fn attempt(spec: &Spec, seed: u32, rng: &mut ChaCha8Rng) -> (bool, Case) {
     let least = case.answer.hidden.iter().map(|effect| effect.visibility).fold(f64::INFINITY, f64::min);
     let enough = match spec.set {
         Set::Nothing | Set::Single => true,
-        Set::Pair | Set::Triple => least >= VISIBLE,
+        Set::Pair | Set::Triple | Set::Quadruple => least >= VISIBLE,
         Set::Outside => draft.visibilities(&sensors, &[&log, &holdout], &[None])[0] >= PLAIN,
     };
     (enough, case)
