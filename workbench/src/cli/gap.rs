@@ -86,11 +86,6 @@ const REPORT: &str = "report.html";
 const EXTENDED: &str = "model.extended.toml";
 
 impl Arguments {
-    /// True if a file of the result goes to standard output.
-    fn to_stdout(&self) -> bool {
-        [&self.json, &self.report].into_iter().flatten().any(|path| path == Path::new("-"))
-    }
-
     fn files(&self) -> Files {
         let folder = |name: &str| self.out.as_ref().map(|folder| folder.join(name));
         Files::default()
@@ -108,7 +103,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     arguments.files().check()?;
     let draft = model::read_draft(&arguments.model)?;
     let (model, outcome) = arguments.analysed(draft, &|path, columns| log::open(path, columns), &watched)?;
-    if !arguments.to_stdout() {
+    if ![&arguments.json, &arguments.report].into_iter().flatten().any(|path| path == Path::new("-")) {
         out!("{}", Terminal.export(&outcome)?);
     }
     write(arguments, &model, &outcome)?;

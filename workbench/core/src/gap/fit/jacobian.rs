@@ -1,6 +1,6 @@
 //! Numeric derivatives of residuals. The columns are simulated together, which is cheaper than one by one.
 
-use super::problem::{Problem, dot};
+use super::problem::{Problem, clipped, dot};
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -43,22 +43,27 @@ impl Jacobian {
         Self { columns: vec![Vec::new(); numbers] }
     }
 
-    /// One-sided differences. They are probed, whatever the grid of the residuals: a derivative that is off by its part in
-    /// a thousand costs no accuracy, only a little convergence.
-    pub fn at(problem: &mut impl Problem, x: &[f64], residuals: &[f64]) -> Self {
-        let mut jacobian = Self::empty(x.len());
-        jacobian.renew(problem, x, residuals, 0..x.len());
-        jacobian
-    }
-
-    /// The same with the residuals of the probes at `x` themselves.
+    /// Differences to both sides, within the bounds. Where numbers can be traded for each other their columns cancel, and what a
+    /// one-sided difference bends by would pass for information, the more the lower the noise.
     pub fn probed(problem: &mut impl Problem, x: &[f64]) -> Self {
-        let mut jacobian = Self::empty(x.len());
-        jacobian.probe(problem, x, 0..x.len());
-        jacobian
+        let moved_by = |slot: usize, sign: f64| {
+            let mut place = x.to_vec();
+            place[slot] = clipped(problem, slot, x[slot] + sign * problem.step(slot));
+            place
+        };
+        let sides = |sign: f64| (0..x.len()).map(|slot| moved_by(slot, sign)).collect::<Vec<_>>();
+        let [up, down] = [1.0, -1.0].map(sides);
+        let places: Vec<&[f64]> = up.iter().chain(&down).map(Vec::as_slice).collect();
+        let mut moved = vec![Vec::new(); places.len()];
+        problem.probed_near(x, &places, &mut moved);
+        let (high, low) = moved.split_at(x.len());
+        let column =
+            |k: usize| high[k].iter().zip(&low[k]).map(|(a, b)| (a - b) / (up[k][k] - down[k][k])).collect();
+        Self { columns: (0..x.len()).map(column).collect() }
     }
 
-    /// Computes some columns anew. `residuals`: those at `x`.
+    /// Computes some columns anew, as one-sided differences. They are probed, whatever the grid of the residuals: a derivative that is off
+    /// by its part in a thousand costs no accuracy, only a little convergence. `residuals`: those at `x`.
     pub fn renew(&mut self, problem: &mut impl Problem, x: &[f64], residuals: &[f64], slots: Range<usize>) {
         if !problem.probes_alike() {
             return self.probe(problem, x, slots);

@@ -3,7 +3,7 @@
 use crate::gap::dataset::{Dataset, FINE, GridRun, Part};
 use crate::gap::fit::hypothesis::{Data, Hypothesis, Item};
 use crate::gap::fit::problem::{Problem, dot};
-use crate::gap::fit::{Evaluator, Fit, SEARCH, Setting, fit};
+use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH, Setting, fit, fitted, solver};
 use crate::system::model::Model;
 use crate::system::plant::physics::Physics;
 use std::borrow::BorrowMut;
@@ -65,6 +65,13 @@ impl<'a> Scored<'a> {
     /// The same set fitted again, from its own numbers.
     pub fn refitted(&self, setting: &Setting) -> Self {
         Self::fitted(self.hypothesis.clone(), &self.fit.x, setting)
+    }
+
+    /// Goes on to where the priors are least strained: [`solver::settled`].
+    pub fn settle(&mut self) {
+        let mut evaluator = Evaluator::new(&self.hypothesis, &FINAL);
+        let solution = solver::settled(&mut evaluator, &self.fit.x, &FINAL.schedule());
+        self.fit = fitted(&self.hypothesis, solution);
     }
 
     /// The set with some of its effects, fitted anew.

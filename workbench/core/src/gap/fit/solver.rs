@@ -61,6 +61,20 @@ pub fn solve_near(
     Descent { followed: true, ..descent }.run()
 }
 
+/// Goes on from a solution with differences to both sides: along a valley in which numbers are traded for each other, down to where their
+/// priors are least strained. One-sided differences do not see that the valley is level.
+pub fn settled(problem: &mut impl Problem, start: &[f64], schedule: &Schedule) -> Solution {
+    let mut descent = Descent::new(problem, start, schedule, Jacobian::empty(start.len()), 0..0);
+    for _ in 0..schedule.iterations {
+        descent.jacobian = Jacobian::probed(descent.problem, &descent.x);
+        (descent.late, descent.damping) = (false, LEAST_DAMPING);
+        if !descent.lower() {
+            break;
+        }
+    }
+    Solution { x: descent.x, residuals: descent.residuals, cost: descent.cost }
+}
+
 /// Covariance of the numbers at a solution, (JᵀJ + ridge)⁻¹ with the priors inside; `None` where it is singular. `ridge`
 /// is a function of the number's place and of its own information.
 pub fn covariance(
@@ -153,7 +167,7 @@ impl<'p, P: Problem> Descent<'p, P> {
                 }
             } else if self.followed && left > 0 {
                 // The columns that only followed may be to blame.
-                self.jacobian = Jacobian::at(self.problem, &self.x, &self.residuals);
+                self.jacobian.renew(self.problem, &self.x, &self.residuals, 0..self.x.len());
                 self.followed = false;
             } else {
                 break;

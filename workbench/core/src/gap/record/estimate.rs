@@ -16,6 +16,9 @@ use nalgebra::{DMatrix, DVector};
 /// The same for the squared distance of two or three numbers together. Origin: the 99.73 % quantile of χ² with three
 /// degrees of freedom.
 const TOGETHER: f64 = 14.16;
+/// No number is surer than the voltage of the log, part of it: the supply is rounded by its converter. Origin: 12 bits up to 1.7 times
+/// nominal, the step over √12.
+const ROUNDED: f64 = 1.2e-4;
 /// A set that leaves this much (χ² a sample) is wrong by several times the noise: its numbers are fitted anew with
 /// its own error in the weights. Chosen by judgement; not studied.
 const BEYOND_NOISE: f64 = 4.0;
@@ -112,7 +115,7 @@ impl Spread<'_, '_> {
                 (hypothesis.unit(parameter.scale, &self.kept.fit.x), &self.uncertainty.covariance);
             let own = slot.map(|s| {
                 let variance = covariance[(s, s)].max(0.0) * unit * unit;
-                (variance + zero_variance(self.kept, index, parameter)).sqrt()
+                (variance + zero_variance(self.kept, index, parameter) + (ROUNDED * value).powi(2)).sqrt()
             });
             let torque = slot.filter(|_| parameter.unit.contains(volts::TORQUE));
             let torque = torque.map(|_| Torque { set: self.kept, covariance, place: (index, k), less: None });

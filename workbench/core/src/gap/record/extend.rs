@@ -12,7 +12,6 @@ use crate::gap::record::{excitation, sentences, sides};
 use crate::gap::remainder::{self, Described};
 use crate::gap::search::{Found, Scored};
 use crate::gap::{experiment, plots};
-use crate::outcome::volts;
 use crate::outcome::*;
 use crate::system::effects::{self, Domain, Effect, Parameter};
 use crate::system::model::Model;
@@ -61,8 +60,9 @@ pub(super) fn extended(
     let with_term = fitted.map(|fitted| fitted.beside(&judged.kept));
     let kept = with_term.as_ref().unwrap_or(&judged.kept);
     let known = judged.uncertainty.take().filter(|_| with_term.is_none());
+    let two_sided = |k| sides::told(kept, k, |set| given.gap_of(set));
     let ((mut steps, sides), ((after, seen_after), (uncertainty, rivals))) = join(
-        || join(|| steps(given, &judged.kept), || sides_of(given, kept)),
+        || join(|| steps(given, &judged.kept), || of_each(0..kept.hypothesis.items.len(), two_sided)),
         || {
             let beside = || {
                 let rivals = || sentences::rivals(found, &judged.ties, |set| given.gap_of(set));
@@ -79,10 +79,11 @@ pub(super) fn extended(
         term
     });
     let position = position(given, kept);
+    let held_out = compared(dataset.signal, dataset.sigma, given.held_out, after);
     Outcome {
         unexplained: unexplained(&judged, described, unnamed),
         grade: judged.grade,
-        small: [small(found), judged.tiny].concat(),
+        small: [found.small.clone(), judged.tiny].concat(),
         effects: named(kept, &uncertainty, &steps, &judged.ties, sides),
         closest_known: judged.closest,
         notes: notes(given, found, position.as_ref()),
@@ -95,11 +96,7 @@ pub(super) fn extended(
         plots: all_plots(given, kept, &seen_after, after.gap, described),
         ties: judged.ties,
         steps,
-        ..Outcome::new(
-            judged.verdict,
-            compared(dataset.signal, dataset.sigma, given.held_out, after),
-            dataset.unit(),
-        )
+        ..Outcome::new(judged.verdict, held_out, dataset.unit())
     }
 }
 
@@ -151,11 +148,6 @@ fn position(given: &Given, kept: &Scored) -> Option<PositionGap> {
     Some(PositionGap { rmse_before, rmse_after, unit })
 }
 
-/// What each even effect would be with two sides.
-fn sides_of(given: &Given, kept: &Scored) -> Vec<Option<String>> {
-    of_each(0..kept.hypothesis.items.len(), |k| sides::told(kept, k, |set| given.gap_of(set)))
-}
-
 /// The curves of the effects that are one over a variable.
 fn curves(given: &Given, kept: &Scored, with: &[Sample]) -> Vec<Plot> {
     let items = &kept.hypothesis.items;
@@ -165,11 +157,6 @@ fn curves(given: &Given, kept: &Scored, with: &[Sample]) -> Vec<Plot> {
         curve::plot(kept, k, with, (&without.plant(), &seen(given.whole, &without).0))
     };
     each(places.collect::<Vec<usize>>()).filter_map(plot).collect()
-}
-
-fn small(found: &Found) -> Vec<Small> {
-    let told = |(name, points): &(String, f64)| Small { name: name.clone(), fit_points: *points };
-    found.small.iter().map(told).collect()
 }
 
 /// Records that are only predicted.

@@ -102,6 +102,7 @@ fn concluded(given: &Given, found: &Found, limits: &ShareLimits, last: Option<&L
     if let Some(eased) = &eased {
         (judged.kept, judged.uncertainty) = (estimate::refitted(eased, &judged.kept), None);
     }
+    judged.kept.settle();
     let described = remainder_of(given, &mut judged);
     extended(given, found, judged, described.as_ref(), last)
 }

@@ -80,47 +80,41 @@ fn narrowing(inputs: &Inputs, variables: &[Variable]) -> (&'static str, Vec<Segm
     let place =
         |variable| matches!(variable, Variable::TurnOfMotor | Variable::TurnOfLoad | Variable::Position);
     let first = if variables.iter().any(|it| place(*it)) { Variable::Position } else { variables[0] };
-    match first {
-        Variable::Position if pair => (
-            "cross the same places at several constant speeds, in both directions",
-            inputs.levels(&[0.2, -0.2, 0.5, -0.5, 0.9, -0.9], 8.0),
-        ),
-        Variable::Position => (
-            "cross every place slowly at one constant speed, in both directions",
-            inputs.levels(&[0.2, -0.2, 0.3, -0.3], 20.0),
-        ),
-        Variable::TravelSinceReversal => (
-            "reverse after short, middle and long ways at the same small input",
-            [0.5, 1.0, 2.0, 4.0, 8.0].map(|taus| [drive(0.4, taus), drive(-0.4, taus)]).concat(),
-        ),
-        Variable::TimeSinceReversal => (
-            "reverse with pauses of different length between",
-            [0.1, 1.1, 4.1, 12.1].map(|taus| [drive(0.4, 3.0), drive(0.0, taus), drive(-0.4, 3.0)]).concat(),
-        ),
-        Variable::Current => (
-            "change the current at a speed that hardly changes: short steps of the input around a constant one",
-            times(&[drive(0.5, 3.0), drive(0.9, 0.15), drive(0.5, 2.0), drive(0.1, 0.15)], 3),
-        ),
-        Variable::Acceleration => (
-            "reach the same speeds quickly and slowly",
-            [times(&[drive(0.8, 1.0), drive(-0.8, 1.0)], 3), ramp(inputs, 24)].concat(),
-        ),
-        Variable::Time => (
-            "run at one constant input for as long as the log lasts, twice",
-            times(&[drive(0.5, 40.0), drive(0.0, 4.0)], 2),
-        ),
-        Variable::Direction => {
-            ("the same speeds in both directions", inputs.levels(&[0.3, -0.3, 0.6, -0.6, 0.9, -0.9], 4.0))
+    let what = match first {
+        Variable::Position if pair => "cross the same places at several constant speeds, in both directions",
+        Variable::Position => "cross every place slowly at one constant speed, in both directions",
+        Variable::TravelSinceReversal => "reverse after short, middle and long ways at the same small input",
+        Variable::TimeSinceReversal => "reverse with pauses of different length between",
+        Variable::Current => BRIEFLY,
+        Variable::Acceleration => "reach the same speeds quickly and slowly",
+        Variable::Time => "run at one constant input for as long as the log lasts, twice",
+        Variable::Direction => "the same speeds in both directions",
+        _ => "hold many constant speeds in both directions until they settle",
+    };
+    let reversed = |pause: f64| [drive(0.4, 3.0), drive(0.0, pause), drive(-0.4, 3.0)];
+    let profile = match first {
+        Variable::Position if pair => inputs.levels(&[0.2, -0.2, 0.5, -0.5, 0.9, -0.9], 8.0),
+        Variable::Position => inputs.levels(&[0.2, -0.2, 0.3, -0.3], 20.0),
+        Variable::TravelSinceReversal => {
+            [0.5, 1.0, 2.0, 4.0, 8.0].map(|taus| [drive(0.4, taus), drive(-0.4, taus)]).concat()
         }
-        _ => (
-            "hold many constant speeds in both directions until they settle",
-            inputs.levels(
-                &[0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0, -0.1, -0.2, -0.3, -0.45, -0.6, -0.8, -1.0],
-                5.0,
-            ),
-        ),
-    }
+        Variable::TimeSinceReversal => [0.1, 1.1, 4.1, 12.1].map(reversed).concat(),
+        Variable::Current => {
+            times(&[drive(0.5, 3.0), drive(0.9, 0.15), drive(0.5, 2.0), drive(0.1, 0.15)], 3)
+        }
+        Variable::Acceleration => [times(&[drive(0.8, 1.0), drive(-0.8, 1.0)], 3), ramp(inputs, 24)].concat(),
+        Variable::Time => times(&[drive(0.5, 40.0), drive(0.0, 4.0)], 2),
+        Variable::Direction => inputs.levels(&[0.3, -0.3, 0.6, -0.6, 0.9, -0.9], 4.0),
+        _ => {
+            let up = [0.1, 0.2, 0.3, 0.45, 0.6, 0.8, 1.0];
+            inputs.levels(&[up, up.map(|share| -share)].concat(), 5.0)
+        }
+    };
+    (what, profile)
 }
+
+const BRIEFLY: &str =
+    "change the current at a speed that hardly changes: short steps of the input around a constant one";
 
 /// A slow ramp up and down through both directions.
 fn ramp(inputs: &Inputs, steps: usize) -> Vec<Segment> {

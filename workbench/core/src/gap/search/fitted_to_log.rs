@@ -14,6 +14,7 @@ use crate::gap::fit::SEARCH;
 use crate::gap::fit::hypothesis::Item;
 use crate::gap::fit::scored::{Scored, dispersion};
 use crate::gap::order::by_least;
+use crate::outcome::Small;
 use crate::system::effects::{Effect, QUADRATIC_DRAG};
 use crate::system::threads::*;
 use std::cell::OnceCell;
@@ -220,7 +221,7 @@ impl<'a> Search<'a, '_> {
             };
             let left = fewer.hypothesis.names();
             let gone = best.hypothesis.names().into_iter().find(|name| !left.contains(name));
-            path.small.extend(gone.map(|name| (name, points)));
+            path.small.extend(gone.map(|name| Small { name, fit_points: points }));
             best = fewer;
         }
         (best, None)

@@ -29,6 +29,7 @@ use crate::gap::fit::hypothesis::{Hypothesis, Item};
 use crate::gap::fit::scored::score_with;
 use crate::gap::fit::{FINAL, Fit, SEARCH, Setting};
 use crate::gap::options::{Options, ShareLimits};
+use crate::outcome::Small;
 use crate::system::effects::{Effect, Form};
 use crate::system::model::Model;
 use crate::system::threads::join;
@@ -47,7 +48,7 @@ pub struct Found<'a> {
     /// Names that were tried together and did not all stay.
     pub dropped: Vec<String>,
     /// Names that are real by every other measure and worth less than half a point of held-out fit, with those points.
-    pub small: Vec<(String, f64)>,
+    pub small: Vec<Small>,
 }
 
 /// Called with the effects found so far and the number of candidates tried.
@@ -132,9 +133,9 @@ impl<'a> Search<'a, '_> {
     }
 
     /// Each name that stayed small and was not named in the end, once.
-    fn still_small(&self, small: Vec<(String, f64)>, best: &Scored) -> Vec<(String, f64)> {
+    fn still_small(&self, small: Vec<Small>, best: &Scored) -> Vec<Small> {
         let mut told: BTreeSet<String> = best.hypothesis.names().into_iter().collect();
-        small.into_iter().filter(|(name, _)| told.insert(name.clone())).collect()
+        small.into_iter().filter(|it| told.insert(it.name.clone())).collect()
     }
 
     fn excludes(&self, effect: &Effect) -> bool {

@@ -6,6 +6,7 @@ use crate::gap::acceptance::{Others, decided};
 use crate::gap::beam::{Growth, grown};
 use crate::gap::fit::SEARCH;
 use crate::gap::fit::scored::{Scored, dispersion};
+use crate::outcome::Small;
 
 /// Sets that are grown side by side: two effects that help only together need a second one. A budget of computing
 /// time, chosen by judgement; the third costs half as much again.
@@ -29,7 +30,7 @@ pub(super) struct Path<'a> {
     /// Names that were tried together and did not all stay.
     pub dropped: Vec<String>,
     /// Names that would have stayed but for what they are worth, with the points of held-out fit that they bring.
-    pub small: Vec<(String, f64)>,
+    pub small: Vec<Small>,
 }
 
 impl<'a> Search<'a, '_> {

@@ -54,7 +54,8 @@ impl Projector {
         let mut evaluator = Evaluator::new(&parent.hypothesis, &SEARCH);
         let mut residuals = Vec::new();
         evaluator.residuals(&parent.fit.x, &mut residuals);
-        let jacobian = Jacobian::at(&mut evaluator, &parent.fit.x, &residuals);
+        let mut jacobian = Jacobian::empty(parent.fit.x.len());
+        jacobian.renew(&mut evaluator, &parent.fit.x, &residuals, 0..parent.fit.x.len());
         let mut normal = jacobian.normal();
         for k in 0..parent.fit.x.len() {
             normal[(k, k)] = normal[(k, k)] * (1.0 + 1e-9) + 1e-9;
