@@ -82,7 +82,9 @@ impl Design {
             Stage::Expectation => {
                 let widths = last_trusted.unloaded();
                 let sticks = self.sign == SignSource::Reference;
+                let told_lag = self.expectation.told_lag();
                 self.expectation = Expectation::new(&self.motor, widths, sticks, scale);
+                self.expectation.waits(told_lag);
                 Stage::Limits
             }
             Stage::Limits => {

@@ -248,6 +248,7 @@ impl State {
         self.load.told = Some(modelled.told()).filter(|told| *told != Told::default());
         self.load.play = modelled.play;
         self.design.observer.lag(u32::from(modelled.lag));
+        self.design.expectation.waits(modelled.lag);
     }
 
     /// What [`State::take`] was told.

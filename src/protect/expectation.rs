@@ -55,7 +55,12 @@ pub struct Expectation {
     /// 1/τ per look, Q24.
     pub(super) inverse_tau: i32,
     /// 1/lag per look, Q24.
-    pub(super) inverse_lag: i32,
+    inverse_lag: i32,
+    /// The lag that a model tells, control ticks, Q4; 0: none. And 1/lag per look, Q24.
+    told_lag: u16,
+    inverse_told: i32,
+    /// Looks behind a new voltage in which nothing is demanded: until the told lag is over.
+    pub(super) quiet: u16,
     /// Voltage to exceed at rest by a shaft that nobody knows, by direction; the maximum: nothing is demanded.
     pub(super) rest: [Voltage; 2],
     /// The dead zone, by direction.
@@ -85,6 +90,9 @@ impl Default for Expectation {
             full_speed: 0,
             inverse_tau: 0,
             inverse_lag: 0,
+            told_lag: 0,
+            inverse_told: 1 << 24,
+            quiet: 0,
             rest: [Voltage(i32::MAX); 2],
             dead_zone: [Voltage::ZERO; 2],
             moving: [Voltage(i32::MAX); 2],
@@ -118,6 +126,9 @@ impl Expectation {
             full_speed: to_fixed(motor.full_speed * ticks, 20),
             inverse_tau: to_fixed((1.0 / tau).min(1.0), 24),
             inverse_lag: to_fixed((1.0 / lag).min(1.0), 24),
+            told_lag: 0,
+            inverse_told: 1 << 24,
+            quiet: 0,
             rest: dead_zone.map(|width| margin(width, if sticks { REST_MARGIN } else { FREE_MARGIN }, least)),
             dead_zone: dead_zone.map(Option::unwrap_or_default),
             moving: dead_zone
@@ -130,6 +141,27 @@ impl Expectation {
             jump: (runaway >> (20 - 1)).saturating_add(JITTER),
             bend: (motor.full_speed * (BEND + BEND_TIMES / motor.tau_ticks) + BEND_JITTER) as u32,
         }
+    }
+
+    /// The lag that a model tells, control ticks, Q4. Part of it may be a delay, in which no torque acts at all.
+    #[cold]
+    #[inline(never)]
+    pub fn waits(&mut self, told_lag: u16) {
+        self.told_lag = told_lag;
+        self.quiet = told_lag.div_ceil(1 << (4 + (self.look_bits & 7)));
+        self.inverse_told = (1 << 24) / i32::from(self.quiet).max(1);
+    }
+
+    /// What [`Expectation::waits`] was told.
+    #[must_use]
+    pub fn told_lag(&self) -> u16 {
+        self.told_lag
+    }
+
+    /// One look on of the voltage that has become torque.
+    #[inline]
+    pub(super) fn flows(&self, flow: i32, voltage: Voltage) -> i32 {
+        approach(flow, voltage.0, self.inverse_lag.min(self.inverse_told))
     }
 
     /// The dead zone in this direction.
@@ -211,6 +243,6 @@ impl Expectation {
 
 /// One look of a first-order lag; `rate` per look, Q24.
 #[inline]
-pub(super) fn approach(from: i32, to: i32, rate: i32) -> i32 {
+fn approach(from: i32, to: i32, rate: i32) -> i32 {
     from.saturating_add(mul_shift(to.saturating_sub(from), rate, 24))
 }

@@ -24,7 +24,7 @@
 //!
 //! Two counts prove that the encoder follows; the models then start anew with the speed that they show.
 
-use super::expectation::{Expectation, approach};
+use super::expectation::Expectation;
 use super::{Input, break_away};
 use crate::units::Voltage;
 
@@ -165,6 +165,8 @@ pub(super) struct State {
     direction: i32,
     /// Voltage that has become current, with its sign: behind the winding's lag.
     flow: i32,
+    /// Looks at this drive, until the lag that a model tells is over.
+    quiet: u16,
     sure: Model,
     likely: Model,
     /// It turns.
@@ -180,8 +182,8 @@ impl State {
     /// Begins anew here; what was learned about the starts stays.
     pub fn begin(&mut self, count: i32) {
         // Without `..`, so that no new field is forgotten; and without a copy of what stays.
-        let Self { direction, flow, sure, likely, moving, starting, starts, load } = self;
-        (*direction, *flow, *moving, *starting, *load) = (0, 0, false, false, Voltage::ZERO);
+        let Self { direction, flow, quiet, sure, likely, moving, starting, starts, load } = self;
+        (*direction, *flow, *quiet, *moving, *starting, *load) = (0, 0, 0, false, false, Voltage::ZERO);
         *sure = Model::begin(0, count);
         *likely = *sure;
         starts.begin(count);
@@ -215,13 +217,18 @@ impl State {
     pub fn step(&mut self, expectation: &Expectation, input: &Input) -> Option<Missing> {
         let voltage = input.averages.voltage.map_or(Voltage::ZERO, |acts| acts.minus(input.position_load));
         let direction = voltage.0.signum();
-        self.flow = approach(self.flow, voltage.0, expectation.inverse_lag);
+        self.flow = expectation.flows(self.flow, voltage);
         let left = |torque, margins| expectation.drive(torque, direction, margins, self.load);
         let soon = voltage.0.saturating_abs();
         // Torque falls with the voltage at once.
         let now = self.flow.saturating_mul(direction).min(soon);
         let turned = direction != self.direction || now <= 0;
         if left(soon, &expectation.kinetic) == 0 || turned || input.holding {
+            self.quiet = 0;
+        } else if self.quiet <= expectation.quiet {
+            self.quiet += 1;
+        }
+        if self.quiet <= expectation.quiet {
             self.restart(expectation, direction, input);
             return None;
         }

@@ -1,6 +1,7 @@
 //! What long runs of ordinary motion once mistook for a fault, each with its cause.
 
 use servo::axis::Command;
+use servo::compensate::modelled::Modelled;
 use servo::encoder::Standstill;
 use servo::protect::{Fault, Settings};
 use servo::units::Speed;
@@ -8,7 +9,7 @@ use trials::families::{Cause, Family, Imperfection, Options, Plant, Seeds, Sever
 use trials::faults::calm;
 use trials::faults::trial::Trial;
 use trials::faults::world::Injury;
-use trials::tracking::knowing;
+use trials::tracking::{exact, knowing};
 use truing::synthetic::reference_plant::Train;
 
 fn commissioned(family: Family, number: u32, sensed: bool, budget_ms: u32) -> (Plant, Trial) {
@@ -169,5 +170,45 @@ fn a_rotor_that_runs_free_through_play_begins_no_motion() {
                 assert_eq!(fault, Fault::None, "{family:?} {seed}, step {step} of {size} rad");
             }
         }
+    }
+}
+
+/// A drive that answers late: motion was demanded of a shaft that no voltage had reached yet. With the lag that a model tells
+/// protection waits that long, and still finds a shaft that is stuck.
+#[test]
+fn a_lag_that_a_model_tells_begins_no_motion() {
+    const LATE: f64 = 0.25;
+    let options = Options { tick_hz: 1000, ..Options::default() };
+    for family in [Family::G1, Family::G2, Family::G3] {
+        let mut alarms = 0;
+        for seed in 50..54 {
+            let mut plant = Plant::draw(family, Severity::Nominal, Seeds::Design(seed), &options);
+            let tau = plant.truth.time_constant_s;
+            plant.motor.drive.delay_s = LATE * tau;
+            plant.sensing.current = false;
+            let back_and_forth = |told_s: f64| {
+                let mut trial = Trial::fresh(&plant, &Settings::default());
+                trial.must(Command::Adopt(exact(&plant)));
+                let lag = (16.0 * told_s * f64::from(plant.config.tick_hz)) as u16;
+                trial.must(Command::Modelled(Modelled { lag, ..Modelled::default() }));
+                trial.must(Command::Arm);
+                let volts = 0.5 * plant.motor.drive.supply_v - plant.truth.dead_zone_v[0];
+                for turn in 0..12 {
+                    let sign = if turn % 2 == 0 { 1.0 } else { -1.0 };
+                    if !trial.may(Command::Voltage((sign * volts) as f32)) {
+                        break;
+                    }
+                    trial.run(2.5 * tau, |_, _| {});
+                }
+                trial
+            };
+            alarms += u32::from(back_and_forth(0.0).fault() != Fault::None);
+            let mut stuck = back_and_forth(LATE * tau);
+            assert_eq!(stuck.fault(), Fault::None, "{family:?} {seed}");
+            stuck.world.injure(Injury::Stall);
+            stuck.run(0.02 + (0.6 + LATE) * tau, |_, _| {});
+            assert_eq!(stuck.fault(), Fault::NoMotion, "{family:?} {seed}, stalled");
+        }
+        assert!(alarms > 0, "{family:?}: what is not told is an alarm");
     }
 }

@@ -1,7 +1,7 @@
 //! The commands, with the firmware in QEMU.
 
 use crate::rig::{DEAD_ZONE, text};
-use std::process::Output;
+use std::process::{Output, Stdio};
 use std::time::Duration;
 use trials::exec_bench::send;
 use trials::firmware::{qemu, truing};
@@ -30,12 +30,13 @@ fn an_interrupted_improvement_leaves_nothing_and_a_whole_one_can_be_undone() {
     let knows_nothing =
         || said(&command(&["params", "get"]).output().expect("it runs")).contains("is not configured");
 
-    let child = command(&["improve", "--out", "better"]).spawn().expect("it runs");
+    let child = command(&["improve", "--out", "better"]).stderr(Stdio::piped()).spawn().expect("it runs");
     std::thread::sleep(Duration::from_secs(2));
     // Not INT: who starts tests in the background has them ignore it.
     send("TERM", &child);
     let output = child.wait_with_output().expect("its end");
     assert_eq!(output.status.code(), Some(130), "{}", said(&output));
+    assert!(said(&output).contains("what was stored is in force again: interrupted"), "{}", said(&output));
     assert!(knows_nothing());
 
     let output = command(&["improve", "--out", "better", "--json", "found.json"]).output().expect("it runs");

@@ -21,7 +21,7 @@ use truing::device::link::Client;
 use truing::device::motor::{Builtin, Drive, Motor, Reading};
 use truing::device::session::{Start, Task};
 use truing::improve::candidate::{self, Analysed};
-use truing::improve::history;
+use truing::improve::history::{self, Entry};
 use truing::improve::improving::{self, Job, Stop};
 use truing::improve::recording;
 use truing::improve::trial::{self, Tried};
@@ -149,19 +149,54 @@ fn the_play_of_a_gear_is_told_and_left_to_the_user() {
     assert!(remarks.iter().any(|it| it.contains("identified.backlash_rad=0.05000")), "{remarks:?}");
 }
 
-/// A dead zone of a third of the supply: what protection does not know of it looks like a fault.
+/// Until a model tells the delay, protection must not take it for a shaft that does not follow; afterwards neither.
 #[test]
-fn a_recording_knows_the_dead_zone_that_a_commissioning_has_found() {
+fn a_motor_behind_a_delay_is_recorded_and_follows_better() {
+    let late = "[known.transport_delay]\nseconds = 0.025\n[known.coulomb_friction]\nlevel_nm = 0.02\n";
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let found = improved(late, None, &outside, folder.path());
+    assert!(found.improved, "{}", found.why);
+    let lag = found.in_force.expect("what is in force").modelled.lag;
+    let seconds = f64::from(lag) / f64::from(1u32 << LAG_FRAC) / 1e3;
+    assert!((0.02..0.03).contains(&seconds), "{seconds} s");
+}
+
+/// The iron saturates, which the servo cannot compensate: the gain that holds at small currents makes large motions worse, and the
+/// friction is compensated beside the servo's own gain.
+#[test]
+fn beside_what_is_not_compensated_the_servo_goes_by_its_own_gain() {
+    let iron = "[known.kt_saturation]\nknee_a = 2.0\n[known.coulomb_friction]\nlevel_nm = 0.02\n";
+    let (outside, folder) = (Outside::default(), tempfile::tempdir().expect("a folder"));
+    let job = Job { budget_s: 180.0, ..job(None, folder.path()) };
+    let found = improving::run(bench(power_up(iron, &outside)), job, &mut |text| println!("{text}"));
+    let found = found.expect("a servo that answers");
+    assert!(found.improved, "{}", found.why);
+    let numbers = |entry: &Entry| entry.after.expect("a candidate").estimates;
+    let first = numbers(&found.entries[0]);
+    let kept = numbers(found.entries.iter().rfind(|entry| entry.kept).expect("an entry that was kept"));
+    assert!(kept.dead_zone == first.dead_zone && kept.time_constant != first.time_constant, "{kept:?}");
+}
+
+/// A dead zone of a third of the supply is no fault while it is recorded, whether a commissioning has found it or not; an encoder that
+/// dies is one.
+#[test]
+fn a_recording_takes_nothing_for_a_fault_but_what_is_one() {
     let zone = "[known.dead_zone]\nhalf_width_v = 4.0\n";
     let (known, _) = candidate::candidate(&motor(zone), &linear(), None).expect("a set");
     let folder = tempfile::tempdir().expect("a folder");
-    let recorded = |set: &AxisParameters| {
+    let recorded = |set: &AxisParameters, dies_after: u32| {
         let plan = recording::plan(set, 100.0, 1).expect("a scale").expect("time enough");
-        let mut bench = bench(power_up(zone, &Outside::default()));
+        let motor = Dying(Builtin::new(&motor(zone), &config(), 3), dies_after, 0);
+        let mut bench = bench(HostServo::power_up(Box::new(motor), config(), &Outside::default()));
         recording::record(&mut bench, set, &plan, &folder.path().join("run.csv"))
     };
-    recorded(&known).expect("a whole recording");
-    recorded(&linear()).expect_err("a fault");
+    for set in [&known, &linear()] {
+        recorded(set, u32::MAX).expect("a whole recording");
+    }
+    for dies_after in [2_000, 6_000, 12_000] {
+        let error = recorded(&known, dies_after).expect_err("a fault").to_string();
+        assert!(error.contains("encoder"), "{error}");
+    }
 }
 
 /// A motor whose encoder dies after so many ticks, and what it read last.

@@ -94,9 +94,9 @@ impl Bench {
 
     /// [`Bench::restore`], and a table of this life of the servo goes on acting.
     pub fn put(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
-        self.restore(parameters)?;
+        let mut client = self.restored(parameters)?;
         let load = parameters.map(|set| set.position_load).filter(|load| load.is_on() && load.is_trusted());
-        let act = |load| self.client().command(Command::PositionLoad(load), &mut |_| {}).map(|_| ());
+        let act = |load| client.command(Command::PositionLoad(load), &mut |_| {}).map(|_| ());
         load.map_or(Ok(()), act)
     }
 
@@ -106,16 +106,19 @@ impl Bench {
     /// # Errors
     /// The servo cannot be reached, refuses the set, or tells another one: then it is not known what is in force.
     pub fn restore(&self, parameters: Option<&AxisParameters>) -> Result<(), InputError> {
+        self.restored(parameters).map(|_| ())
+    }
+
+    /// The client that has done it heeds no interruption any more.
+    fn restored(&self, parameters: Option<&AxisParameters>) -> Result<Client, InputError> {
         let mut client = self.client();
         if client.stop(&mut |_| {}).is_none() {
             return Err(InputError("the servo does not answer".into()));
         }
         let command = parameters.map_or(Command::Reset, |parameters| Command::Restore(*parameters));
         client.command(command, &mut |_| {})?;
-        if bits(client.parameters()?.as_ref()) != bits(parameters) {
-            return Err(InputError("the servo tells other parameters than it was given".into()));
-        }
-        Ok(())
+        let told = bits(client.parameters()?.as_ref()) == bits(parameters);
+        told.then_some(client).ok_or_else(|| InputError("the servo tells other parameters than given".into()))
     }
 
     /// Has the servo store this set, which is in force, once the shaft stands, and reads it back.
@@ -145,8 +148,9 @@ impl Bench {
     pub fn runs(&self, parameters: &AxisParameters) -> Result<Runs, InputError> {
         self.put(Some(parameters))?;
         let session = Session::open(self.wire.line(), Start::Stored, self.listening)?;
-        let mut runs = Runs { session, seconds: 0.0, driven: false, tuning: parameters.tuning };
-        runs.rest(|_| true)?;
+        let tuning = parameters.tuning;
+        let mut runs = Runs { session, seconds: 0.0, driven: false, drifts: false, tuning };
+        runs.drifts = !runs.rest(|_| true)?;
         runs.begin_here(parameters)?;
         Ok(runs)
     }
@@ -164,6 +168,8 @@ pub struct Runs {
     pub seconds: f64,
     /// A load drives the shaft while the bridge is open.
     driven: bool,
+    /// It does not come to rest by itself, and was waited for in vain once.
+    drifts: bool,
     /// The loops in force.
     tuning: Tuning,
 }
@@ -192,7 +198,7 @@ impl Runs {
     /// in RAM; nothing is stored.
     pub fn follow(&mut self, numbers: &AxisParameters, motions: &[Motion]) -> Result<Followed, InputError> {
         // A run ends where it began: there a load's shaft is taken up at once, before it is far away.
-        let _ = self.driven || self.rest(|_| true)?;
+        self.drifts = self.drifts || !self.driven && !self.rest(|_| true)?;
         let faulted = |kept: &Kept| kept.activity() == Activity::Faulted;
         if faulted(&self.session.kept.borrow()) {
             let fault = self.session.kept.borrow().log.fault();

@@ -35,6 +35,10 @@ const SPARE: f64 = 1.15;
 /// Further experiments of a round that parts the names of a tie.
 const EXPERIMENTS: usize = 2;
 
+const NO_NAME: &str =
+    "what is left has no name in the library, and nothing is compensated that is not understood";
+const NO_GAIN: &str = "nothing that was tried follows better than what is in force";
+const NOISE: &str = "model and motor differ by noise alone";
 const FLOOR: &str = "the motor follows to a count of its encoder";
 const SLOW: &str = "the motor comes to rest so slowly that a trial takes more motor time than is left";
 
@@ -127,19 +131,18 @@ pub fn run(bench: Bench, job: Job, say: &mut Listener) -> Result<Improved> {
         let what = "the axis file describes another axis than the one that is in force; correct it, or `truing params reset`";
         return Err(InputError(what.into()).into());
     }
-    let (base, fresh, doubted, began_with, recordings, entries, outcomes) = Default::default();
     let mut improving = Improving {
         bench,
         job,
         standing: before,
-        base,
-        fresh,
-        doubted,
+        base: None,
+        fresh: None,
+        doubted: false,
         commission_s: COMMISSION_S,
-        began_with,
-        recordings,
-        entries,
-        outcomes,
+        began_with: None,
+        recordings: 0,
+        entries: Vec::new(),
+        outcomes: Vec::new(),
     };
     let ended = improving.rounds(say);
     improving.leave(ended)
@@ -239,7 +242,8 @@ impl Improving {
             return ended(Stop::Fault, "the servo has not ended its commissioning");
         };
         let refused = CommissionJson::new(outcome, &result.log.config)?.beside(&result.log).refused;
-        let slow = refused.as_ref().is_some_and(|refused| refused.code == Reason::TooShort.code());
+        let short = [Reason::TooShort, Reason::NotExcited].map(Reason::code);
+        let slow = refused.as_ref().is_some_and(|refused| short.contains(&refused.code));
         if slow && self.commission_s == COMMISSION_S && self.left_s() >= LONGER * COMMISSION_S {
             self.commission_s = LONGER * COMMISSION_S;
             return self.commissioned(beside);
@@ -276,19 +280,16 @@ impl Improving {
             proposed = candidate::candidate(&extended, &known, Some(&seen.estimates))?.0;
         }
         self.job.model = Some(extended);
-        let fresh = self.fresh.take();
-        match (self.propose([Some(proposed), fresh], base, entry, say)?, verdict) {
-            (_, Verdict::Unexplained) => ended(
-                Stop::OutsideTheLibrary,
-                "what is left has no name in the library, and nothing is compensated that is not understood",
-            ),
-            (true, Verdict::NothingMissing) => {
-                ended(Stop::NoiseFloor, "model and motor differ by noise alone")
-            }
+        self.fresh = None;
+        let Estimates { gain, time_constant, .. } = known.estimates;
+        // What the servo cannot compensate is, within its own gain and time constant, in the mean of all that it does.
+        let estimates = Estimates { gain, time_constant, ..proposed.estimates };
+        let mixed = AxisParameters { estimates, ..proposed };
+        match (self.propose([proposed, mixed, known], entry, say)?, verdict) {
+            (_, Verdict::Unexplained) => ended(Stop::OutsideTheLibrary, NO_NAME),
+            (true, Verdict::NothingMissing) => ended(Stop::NoiseFloor, NOISE),
             (true, _) => Ok(()),
-            (false, _) => {
-                ended(Stop::NothingGained, "nothing that was tried follows better than what is in force")
-            }
+            (false, _) => ended(Stop::NothingGained, NO_GAIN),
         }
     }
 
@@ -338,15 +339,10 @@ impl Improving {
     }
 
     /// Tries candidates in turn until one is kept.
-    fn propose(
-        &mut self,
-        candidates: [Option<AxisParameters>; 2],
-        base: AxisParameters,
-        entry: Entry,
-        say: &mut Listener,
-    ) -> Result<bool> {
+    fn propose(&mut self, all: [AxisParameters; 3], entry: Entry, say: &mut Listener) -> Result<bool> {
+        let Some(base) = self.base else { return Ok(false) };
         let mut others = vec![base];
-        for candidate in candidates.into_iter().flatten() {
+        for candidate in all {
             if !others.iter().all(|other| candidate::differs(&candidate, other)) {
                 continue;
             }
@@ -378,21 +374,23 @@ impl Improving {
         self.began_with.get_or_insert(*base);
         let tried = trial::run(&mut self.bench, [base, candidate], self.job.budget_s)?;
         let understood = self.outcomes.last().is_none_or(|it| it.verdict != Verdict::Unexplained);
-        let kept = matches!(&tried, Tried::Whole(trial) if trial.won(understood));
+        let won = matches!(&tried, Tried::Whole(trial) if trial.won(understood));
+        let store = || self.bench.put(Some(candidate)).and_then(|()| self.bench.keep(Some(candidate)));
+        let stored = if won { store() } else { Ok(()) };
+        let kept = won && stored.is_ok();
         if kept {
-            self.bench.put(Some(candidate))?;
-            self.bench.keep(Some(candidate))?;
             (self.standing, self.base) = (Some(*candidate), Some(*candidate));
         }
         self.put_back()?;
-        let (why, ends) = match &tried {
-            Tried::Whole(_) if kept => ("it follows better".into(), None),
-            Tried::Whole(trial) if trial.at_floor() => (FLOOR.into(), Some(Stop::NoiseFloor)),
-            Tried::Whole(_) => ("it does not follow better beyond doubt".into(), None),
-            Tried::OutOfTime => (SLOW.into(), Some(Stop::MotorTime)),
-            Tried::Faulted(true, what) => (format!("a fault ended a run with the new numbers: {what}"), None),
-            Tried::Faulted(false, what) => {
-                (format!("a fault ended a run with the old numbers: {what}"), Some(Stop::Fault))
+        let (why, ends) = match (&tried, stored) {
+            (_, Err(InputError(what))) => (format!("better, but not stored: {what}"), Some(Stop::Fault)),
+            (Tried::Whole(_), _) if won => ("it follows better".into(), None),
+            (Tried::Whole(trial), _) if trial.at_floor() => (FLOOR.into(), Some(Stop::NoiseFloor)),
+            (Tried::Whole(_), _) => ("it does not follow better beyond doubt".into(), None),
+            (Tried::OutOfTime, _) => (SLOW.into(), Some(Stop::MotorTime)),
+            (Tried::Faulted(new, what), _) => {
+                let (which, stop) = if *new { ("new", None) } else { ("old", Some(Stop::Fault)) };
+                (format!("a fault ended a run with the {which} numbers: {what}"), stop)
             }
         };
         let trial = if let Tried::Whole(trial) = tried { Some(trial) } else { None };

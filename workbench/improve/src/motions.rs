@@ -65,13 +65,12 @@ pub fn motions(sets: [&AxisParameters; 2]) -> Result<Vec<Motion>, InputError> {
     let slow = abilities.iter().map(|able| able.time_constant_s).fold(0.0, f64::max);
     let frequency_hz = (PHASE / (TAU * slow)).clamp(SLOWEST_HZ, FASTEST_HZ);
     let way = farthest(config);
-    let count = TAU / f64::from(config.counts_per_rev);
     let motion = |(name, share): (&str, f64)| {
         let wished = (share * full / (TAU * frequency_hz)).min(way);
         let amplitude = abilities.iter().fold(wished, |wished, able| fitted(able, wished, frequency_hz));
         Motion {
             name: name.into(),
-            amplitude_rad: amplitude.max(LEAST_COUNTS * count).min(way),
+            amplitude_rad: amplitude.max(LEAST_COUNTS * TAU / f64::from(config.counts_per_rev)).min(way),
             frequency_hz,
             seconds: PERIODS / frequency_hz,
         }

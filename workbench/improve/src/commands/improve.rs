@@ -1,4 +1,4 @@
-//! `truing improve`, `truing history` and `truing undo`.
+//! `truing improve` and `truing undo`.
 
 use crate::bench::{Bench, Moment};
 use crate::history::{self, Entry};
@@ -37,13 +37,6 @@ pub struct Improve {
     /// Write the result as JSON, schema truing-improve/1.
     #[arg(long)]
     pub json: Option<PathBuf>,
-}
-
-/// Arguments of `truing history`.
-#[derive(Args, Debug)]
-pub struct History {
-    /// The folder that `truing improve --out` has written.
-    pub folder: PathBuf,
 }
 
 /// Arguments of `truing undo`.
@@ -103,10 +96,8 @@ fn write(arguments: &Improve, improved: &Improved) -> anyhow::Result<()> {
     if let Some(model) = &improved.model {
         write_atomically(&out.join("model.extended.toml"), &model.source_text)?;
     }
-    match &arguments.json {
-        Some(path) => write_atomically(path, &(serde_json::to_string_pretty(improved)? + "\n")),
-        None => Ok(()),
-    }
+    let Some(path) = &arguments.json else { return Ok(()) };
+    write_atomically(path, &(serde_json::to_string_pretty(improved)? + "\n"))
 }
 
 /// What would be done.
@@ -140,12 +131,6 @@ fn commissioning(config: &Config) -> String {
     let lines = [("commissioning", first), ("travel", travel), ("energy", energy)];
     let lines: String = lines.iter().map(|(what, told)| format!("{what:21} {told}\n")).collect();
     lines + "recording and trial are planned by what it finds\n"
-}
-
-/// Lists what was tried.
-pub fn history(arguments: &History) -> anyhow::Result<()> {
-    out!("{}", history::text(&history::read(&arguments.folder)?));
-    Ok(())
 }
 
 /// Brings the parameters of before an entry back.

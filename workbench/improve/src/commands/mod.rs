@@ -3,7 +3,9 @@
 pub mod improve;
 pub mod record;
 
+use crate::history;
 use clap::Subcommand;
+use std::path::PathBuf;
 
 /// The subcommands of the loop.
 #[derive(Debug, Subcommand)]
@@ -13,7 +15,10 @@ pub enum Command {
     /// Improve how a servo follows: record, name, compensate, measure again, keep or roll back.
     Improve(improve::Improve),
     /// List what `truing improve` has tried.
-    History(improve::History),
+    History {
+        /// The folder that `truing improve --out` has written.
+        folder: PathBuf,
+    },
     /// Bring back what was in force before an improvement.
     Undo(improve::Undo),
 }
@@ -22,10 +27,11 @@ impl Command {
     /// Runs the chosen one. An error is one sentence for the user.
     pub fn run(&self) -> anyhow::Result<()> {
         match self {
-            Command::Record(arguments) => record::run(arguments),
-            Command::Improve(arguments) => improve::improve(arguments),
-            Command::History(arguments) => improve::history(arguments),
-            Command::Undo(arguments) => improve::undo(arguments),
+            Command::Record(arguments) => record::run(arguments)?,
+            Command::Improve(arguments) => improve::improve(arguments)?,
+            Command::History { folder } => out!("{}", history::text(&history::read(folder)?)),
+            Command::Undo(arguments) => improve::undo(arguments)?,
         }
+        Ok(())
     }
 }

@@ -9,6 +9,7 @@
 use super::watch::{Trip, Watch, Window};
 use super::{Part, Plan, RETURN_S, Segment};
 use servo::axis::Sample;
+use servo::compensate::modelled::Modelled;
 use servo::config::Config;
 use servo::link::protocol::Command;
 use servo::motion::excitation::Waveform;
@@ -27,6 +28,9 @@ const REPEAT_S: f64 = 0.04;
 const TIMEOUT_MS: u16 = 200;
 /// Between two segments on a free axis the bridge is open so long, s.
 const PAUSE_S: f64 = 0.05;
+/// How late the motor follows is not known yet: protection grants it so many time constants, and no loop is closed meanwhile. Chosen by
+/// judgement; not studied.
+const UNKNOWN_LAG: f64 = 0.25;
 /// Half of the window of the travel may be off by this share of the planned one: the axis did not start in the middle.
 const LEAST_ROOM: f64 = 0.9;
 /// Less than this share of the room is hardly any motion.
@@ -178,6 +182,13 @@ impl Recorder<'_> {
     fn record(&mut self, progress: &mut Listener) -> Result<bool, InputError> {
         self.session.command(Command::Compensation(false))?;
         self.session.command(Command::Adopt(self.plan.known))?;
+        if self.plan.travel_rad.is_none() {
+            let ticks = self.plan.scale.tau_s * f64::from(self.session.config().tick_hz);
+            let lag = (16.0 * UNKNOWN_LAG * ticks) as u16;
+            self.session.command(Command::Modelled(Modelled { lag, ..Modelled::default() }))?;
+        }
+        // What acted before is not in the log, and must have left winding and drive.
+        self.session.pause(self.plan.scale.tau_s)?;
         for (place, segment) in self.plan.segments.iter().enumerate() {
             self.sign = 1.0;
             self.session.command(Command::Arm)?;

@@ -90,7 +90,7 @@ impl Plan {
     #[must_use]
     pub fn with(&self, segments: Vec<Segment>) -> Self {
         let returns = self.travel_rad.map_or(0.0, |_| RETURN_S) * segments.len() as f64;
-        let seconds = segments.iter().map(Segment::seconds).sum::<f64>() + returns;
+        let seconds = segments.iter().map(Segment::seconds).sum::<f64>() + returns + self.scale.tau_s;
         Self { segments, seconds, ..self.clone() }
     }
 

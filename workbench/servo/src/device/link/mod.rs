@@ -212,8 +212,9 @@ impl Client {
     }
 
     /// What comes into force on an axis of this control rate is on trial from now on: a servo that hears nothing for a minute starts
-    /// anew with what it has stored. 0: no longer.
+    /// anew with what it has stored. 0: no longer, and an interruption does not keep it from that.
     pub fn trial(&mut self, tick_hz: u32) -> Result<(), InputError> {
+        self.parting |= tick_hz == 0;
         self.command(Command::OnTrial(SILENCE_S * tick_hz), &mut |_| {}).map(|_| ())
     }
 
