@@ -54,11 +54,11 @@ pub struct Expectation {
     pub(super) full_speed: i32,
     /// 1/τ per look, Q24.
     pub(super) inverse_tau: i32,
-    /// 1/lag per look, Q24.
+    /// 1/lag per look, Q24: of the winding, as far as the time constant tells, and the longer of that and what a model tells.
+    inverse_winding: i32,
     inverse_lag: i32,
-    /// The lag that a model tells, control ticks, Q4; 0: none. And 1/lag per look, Q24.
+    /// The lag that a model tells, control ticks, Q4; 0: none.
     told_lag: u16,
-    inverse_told: i32,
     /// Looks behind a new voltage in which nothing is demanded: until the told lag is over.
     pub(super) quiet: u16,
     /// Voltage to exceed at rest by a shaft that nobody knows, by direction; the maximum: nothing is demanded.
@@ -89,9 +89,9 @@ impl Default for Expectation {
         Self {
             full_speed: 0,
             inverse_tau: 0,
+            inverse_winding: 0,
             inverse_lag: 0,
             told_lag: 0,
-            inverse_told: 1 << 24,
             quiet: 0,
             rest: [Voltage(i32::MAX); 2],
             dead_zone: [Voltage::ZERO; 2],
@@ -120,14 +120,15 @@ impl Expectation {
         let ticks = (1u32 << look_bits) as f32;
         let tau = motor.tau_ticks / ticks;
         let lag = tau * if sticks { LAG_SHARE } else { FREE_LAG_SHARE };
+        let inverse_lag = to_fixed((1.0 / lag).min(1.0), 24);
         let least = LEAST_MARGIN.0;
         let runaway = to_fixed(RUNAWAY * motor.full_speed, 20);
         Self {
             full_speed: to_fixed(motor.full_speed * ticks, 20),
             inverse_tau: to_fixed((1.0 / tau).min(1.0), 24),
-            inverse_lag: to_fixed((1.0 / lag).min(1.0), 24),
+            inverse_winding: inverse_lag,
+            inverse_lag,
             told_lag: 0,
-            inverse_told: 1 << 24,
             quiet: 0,
             rest: dead_zone.map(|width| margin(width, if sticks { REST_MARGIN } else { FREE_MARGIN }, least)),
             dead_zone: dead_zone.map(Option::unwrap_or_default),
@@ -149,7 +150,7 @@ impl Expectation {
     pub fn waits(&mut self, told_lag: u16) {
         self.told_lag = told_lag;
         self.quiet = told_lag.div_ceil(1 << (4 + (self.look_bits & 7)));
-        self.inverse_told = (1 << 24) / i32::from(self.quiet).max(1);
+        self.inverse_lag = self.inverse_winding.min((1 << 24) / i32::from(self.quiet).max(1));
     }
 
     /// What [`Expectation::waits`] was told.
@@ -161,7 +162,7 @@ impl Expectation {
     /// One look on of the voltage that has become torque.
     #[inline]
     pub(super) fn flows(&self, flow: i32, voltage: Voltage) -> i32 {
-        approach(flow, voltage.0, self.inverse_lag.min(self.inverse_told))
+        approach(flow, voltage.0, self.inverse_lag)
     }
 
     /// The dead zone in this direction.

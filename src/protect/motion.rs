@@ -165,7 +165,7 @@ pub(super) struct State {
     direction: i32,
     /// Voltage that has become current, with its sign: behind the winding's lag.
     flow: i32,
-    /// Looks at this drive, until the lag that a model tells is over.
+    /// Looks until the lag that a model tells is over.
     quiet: u16,
     sure: Model,
     likely: Model,
@@ -223,12 +223,9 @@ impl State {
         // Torque falls with the voltage at once.
         let now = self.flow.saturating_mul(direction).min(soon);
         let turned = direction != self.direction || now <= 0;
-        if left(soon, &expectation.kinetic) == 0 || turned || input.holding {
-            self.quiet = 0;
-        } else if self.quiet <= expectation.quiet {
-            self.quiet += 1;
-        }
-        if self.quiet <= expectation.quiet {
+        let idle = left(soon, &expectation.kinetic) == 0 || turned || input.holding;
+        if idle || self.quiet > 0 {
+            self.quiet = if idle { expectation.quiet } else { self.quiet.saturating_sub(1) };
             self.restart(expectation, direction, input);
             return None;
         }
