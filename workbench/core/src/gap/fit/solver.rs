@@ -321,6 +321,35 @@ mod tests {
         assert!((solution.x[1] - 0.25).abs() < 1e-6, "{solution:?}");
     }
 
+    /// Two numbers of which only the difference shows, nearly without noise: a valley that is level but for the priors, 0 and 2.
+    struct Traded;
+
+    impl Problem for Traded {
+        fn residuals(&mut self, x: &[f64], out: &mut Vec<f64>) {
+            *out = vec![1e4 * ((x[0] - x[1]).exp() - 1.0), x[0], x[1] - 2.0];
+        }
+
+        fn bounds(&self, _: usize) -> (f64, f64) {
+            (-5.0, 5.0)
+        }
+
+        fn step(&self, _: usize) -> f64 {
+            1e-3
+        }
+
+        fn bending(&self) -> usize {
+            2
+        }
+    }
+
+    #[test]
+    fn what_can_be_traded_does_not_pass_for_seen() {
+        let found = settled(&mut Traded, &[3.0, 3.0], &Schedule { iterations: 5, ..LONG });
+        assert!(found.x.iter().all(|x| (x - 1.0).abs() < 1e-3), "{found:?}");
+        let spread = covariance(&mut Traded, &found.x, |_, _| 0.0).expect("not singular");
+        assert!((spread[(0, 0)] - 0.5).abs() < 0.01, "{spread}");
+    }
+
     #[test]
     fn the_covariance_is_the_inverse_of_the_information() {
         let mut valley = Valley { most_x: 2.0, bending: 2 };
