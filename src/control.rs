@@ -241,12 +241,6 @@ impl State {
         self.lagging = LowPass::default();
     }
 
-    /// What [`State::take`] was told.
-    #[must_use]
-    pub fn lag(&self) -> u16 {
-        self.ahead.lag
-    }
-
     /// The reference rests: nothing is kept back any more.
     #[inline]
     pub fn rest(&mut self) {

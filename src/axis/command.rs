@@ -232,7 +232,7 @@ impl Axis {
             compensation: state.compensation,
             protection: self.protection,
             position_load: state.load.told(state.datum),
-            modelled: state.modelled(),
+            modelled: state.load.modelled,
         }
     }
 

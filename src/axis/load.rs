@@ -31,15 +31,17 @@ pub(crate) struct Load {
     pub(super) told: Option<Told>,
     /// Play of a gear that a move takes out of it, counts.
     pub(super) play: u16,
+    /// All that a model tells, whether it acts or not.
+    pub(super) modelled: Modelled,
 }
 
 impl Load {
     /// As at power-up. What means nothing without a table stays.
     pub(super) fn forget(&mut self) {
-        let Self { voltage, q14, acts, rest, count: _, place, step: _, table, told, play } = self;
+        let Self { voltage, q14, acts, rest, count: _, place, step: _, table, told, play, modelled } = self;
         (*voltage, *q14, *acts, *rest, *play) = Default::default();
         (*place, *told) = (None, None);
-        *table = PositionLoad::default();
+        (*table, *modelled) = Default::default();
     }
 
     /// Friction's share of a dead zone that is mostly something else, Q16.

@@ -244,18 +244,13 @@ impl Axis {
 impl State {
     /// This is known of the motor from now on.
     pub(super) fn take(&mut self, modelled: Modelled) {
-        self.control.take(modelled.lag);
-        self.load.told = Some(modelled.told()).filter(|told| *told != Told::default());
-        self.load.play = modelled.play;
-        self.design.observer.lag(u32::from(modelled.lag));
-        self.design.expectation.waits(modelled.lag);
-    }
-
-    /// What [`State::take`] was told.
-    pub(super) fn modelled(&self) -> Modelled {
-        let Told { load_friction, over_speed, dry } = self.load.told.unwrap_or_default();
-        let (lag, play) = (self.control.lag(), self.load.play);
-        Modelled { lag, load_friction: load_friction.share(), over_speed, dry, play }
+        let acting = modelled.acting();
+        self.load.modelled = modelled;
+        self.control.take(acting.lag);
+        self.load.told = Some(acting.told()).filter(|told| *told != Told::default());
+        self.load.play = acting.play;
+        self.design.observer.lag(u32::from(acting.lag));
+        self.design.expectation.waits(acting.lag);
     }
 
     /// The loops are to use what is known now, as far as it is trusted.

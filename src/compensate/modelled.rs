@@ -13,7 +13,8 @@ const ONE_BITS: u32 = 16;
 const ONE: f32 = (1u32 << ONE_BITS) as f32;
 /// Numbers of [`Modelled`].
 pub const NUMBERS: usize = 8;
-const SKEW: usize = 2;
+/// Place of the skew among [`Modelled::values`].
+pub const SKEW: usize = 2;
 /// Place of the breakaway among [`Modelled::values`], and of its voltage.
 pub const BREAKAWAY: [usize; 2] = [5, 6];
 /// Place of the play.
@@ -31,7 +32,8 @@ pub const NAMES: [[&str; 3]; NUMBERS] = [
 ];
 
 /// What a model tells of the motor and no commissioning finds. Stored and sent as a number of 16 bits a part, the first part in the lowest
-/// ones, and where something is known of dry friction or play, which a free bit of the first number then tells, a second one.
+/// ones; where something is known of dry friction or play, which a free bit of the first number then tells, a second one; and where
+/// something is doubted, which a share of the torque beyond the largest tells, a last one.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub struct Modelled {
     /// The smaller time constant of the motor: what winding, drive and delay keep back of the acceleration. Control ticks, Q4, up to
@@ -48,6 +50,8 @@ pub struct Modelled {
     ///
     /// Nordin, Gutman: *Controlling mechanical systems with backlash, a survey*, Automatica 38(10), 2002.
     pub play: u16,
+    /// What is kept and does not act, for it is not trusted: a bit a number, that of the first of [`NAMES`] the lowest one.
+    pub doubted: u8,
 }
 
 /// What of it the compensator takes.
@@ -69,10 +73,29 @@ impl Modelled {
         Told { load_friction: LoadFriction::new(load_friction), over_speed, dry }
     }
 
+    /// Does this number, as [`Modelled::values`] has them, act?
+    #[must_use]
+    pub fn trusts(&self, at: usize) -> bool {
+        self.doubted & 1 << at == 0
+    }
+
+    /// Of the numbers those that act, without the others.
+    #[must_use]
+    pub fn acting(self) -> Self {
+        let [mut first, mut second, _] = <[u64; 3]>::from(Self { doubted: 0, ..self });
+        let mut mask = u64::from(u16::MAX);
+        for at in 0..WORD {
+            first &= if self.doubted & 1 << at == 0 { u64::MAX } else { !mask };
+            second &= if self.doubted & 1 << (WORD + at) == 0 { u64::MAX } else { !mask };
+            mask <<= 16;
+        }
+        [first, second, 0].into()
+    }
+
     /// With another value of one of the numbers, as [`Modelled::values`] has them; `None`: it is beyond [`Modelled::most`], or negative and
     /// no skew.
     #[must_use]
-    pub fn with(self, at: usize, value: f32, config: &Config) -> Option<Self> {
+    pub fn with(self, at: usize, value: f32, trusted: bool, config: &Config) -> Option<Self> {
         let (mut all, most) = (self.numbers(), *Self::MOST.get(at)?);
         let low = if at == SKEW { -most } else { 0.0 };
         let number = value * Self::ones(config)[at];
@@ -84,6 +107,7 @@ impl Modelled {
             over_speed: OverSpeed { skew: all[SKEW] as i16, drag: part(3) },
             dry: DryFriction { share: part(4), breakaway: part(BREAKAWAY[0]), stribeck: part(BREAKAWAY[1]) },
             play: part(PLAY),
+            doubted: self.doubted & !(1 << at) | u8::from(!trusted) << at,
         })
     }
 
@@ -101,11 +125,11 @@ impl Modelled {
         core::array::from_fn(|at| Self::MOST[at] / ones[at])
     }
 
-    /// Is a number apart by more than a tenth?
+    /// Is a number that acts apart by more than a tenth?
     #[must_use]
     pub fn differs(&self, other: &Self) -> bool {
         let apart = |(a, b): (i32, i32)| a.abs_diff(b) > a.unsigned_abs().max(b.unsigned_abs()) / 10;
-        self.numbers().into_iter().zip(other.numbers()).any(apart)
+        self.acting().numbers().into_iter().zip(other.acting().numbers()).any(apart)
     }
 
     /// Lag in s, share of the torque, skew, drag in 1/V, share of the friction, breakaway, its voltage in V, and backlash in rad.
@@ -116,7 +140,7 @@ impl Modelled {
     }
 
     fn numbers(&self) -> [i32; NUMBERS] {
-        let Self { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry, play } = *self;
+        let Self { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry, play, .. } = *self;
         let DryFriction { share, breakaway, stribeck } = dry;
         let [lag, load_friction, drag, share] = [lag, load_friction, drag, share].map(i32::from);
         [lag, load_friction, skew.into(), drag, share, breakaway.into(), stribeck.into(), play.into()]
@@ -135,12 +159,22 @@ impl Modelled {
 
 /// Bit of the first number: a second one follows. Of the share beside it a quarter is the most.
 const MORE: u64 = 1 << 31;
+/// A share from here on: that of the torque is what goes beyond it, and a number follows that tells what is doubted.
+const DOUBTS: u16 = LoadFriction::MOST + 1;
+/// Numbers of 16 bits in one of those that are stored.
+const WORD: usize = NUMBERS / 2;
 
-impl From<[u64; 2]> for Modelled {
-    fn from([first, second]: [u64; 2]) -> Self {
+fn share(first: u64) -> u16 {
+    ((first & !MORE) >> 16) as u16
+}
+
+impl From<[u64; 3]> for Modelled {
+    fn from([first, second, doubted]: [u64; 3]) -> Self {
+        let share = share(first);
+        let beyond = share.checked_sub(DOUBTS);
         Self {
             lag: first as u16,
-            load_friction: ((first & !MORE) >> 16) as u16,
+            load_friction: beyond.unwrap_or(share),
             over_speed: OverSpeed { skew: (first >> 32) as i16, drag: (first >> 48) as u16 },
             dry: DryFriction {
                 share: second as u16,
@@ -148,29 +182,39 @@ impl From<[u64; 2]> for Modelled {
                 stribeck: (second >> 32) as u16,
             },
             play: (second >> 48) as u16,
+            doubted: beyond.map_or(0, |_| doubted as u8),
         }
     }
 }
 
-impl From<Modelled> for [u64; 2] {
+impl From<Modelled> for [u64; 3] {
     fn from(it: Modelled) -> Self {
-        let Modelled { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry, play } = it;
+        let Modelled { lag, load_friction, over_speed: OverSpeed { skew, drag }, dry, play, doubted } = it;
         let DryFriction { share, breakaway, stribeck } = dry;
+        let load_friction = match doubted {
+            0 => load_friction.min(LoadFriction::MOST),
+            _ => load_friction.min(LoadFriction::MOST - 2) + DOUBTS,
+        };
         let upper = u64::from(drag) << 48 | u64::from(skew as u16) << 32;
-        let first = upper | u64::from(load_friction) << 16 & !MORE | u64::from(lag);
+        let first = upper | u64::from(load_friction) << 16 | u64::from(lag);
         let lower = u64::from(breakaway) << 16 | u64::from(share);
         let second = u64::from(play) << 48 | u64::from(stribeck) << 32 | lower;
-        [if second == 0 { first } else { first | MORE }, second]
+        [if second == 0 { first } else { first | MORE }, second, doubted.into()]
     }
 }
 
 impl Serialize for Modelled {
     fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
-        let [first, second] = (*self).into();
-        let mut numbers = serializer.serialize_tuple(if second == 0 { 1 } else { 2 })?;
+        let [first, second, doubted] = (*self).into();
+        let length = match (second, doubted) {
+            (0, 0) => 1,
+            (0, _) | (_, 0) => 2,
+            _ => 3,
+        };
+        let mut numbers = serializer.serialize_tuple(length)?;
         numbers.serialize_element(&first)?;
-        if second != 0 {
-            numbers.serialize_element(&second)?;
+        for number in [second, doubted].iter().filter(|number| **number != 0) {
+            numbers.serialize_element(number)?;
         }
         numbers.end()
     }
@@ -178,24 +222,24 @@ impl Serialize for Modelled {
 
 impl<'de> Deserialize<'de> for Modelled {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
-        deserializer.deserialize_tuple(2, Numbers)
+        deserializer.deserialize_tuple(3, Numbers)
     }
 }
 
-/// Takes the second number where the first one tells that there is one.
+/// Takes the other numbers where the first one tells that there are such.
 struct Numbers;
 
 impl<'de> Visitor<'de> for Numbers {
     type Value = Modelled;
 
     fn expecting(&self, formatter: &mut fmt::Formatter) -> fmt::Result {
-        formatter.write_str("one number, or two")
+        formatter.write_str("one to three numbers")
     }
 
     fn visit_seq<A: SeqAccess<'de>>(self, mut numbers: A) -> Result<Modelled, A::Error> {
         let first = numbers.next_element()?.unwrap_or(0);
-        let second = if first & MORE != 0 { numbers.next_element()?.unwrap_or(0) } else { 0 };
-        Ok([first, second].into())
+        let mut next = |is: bool| Ok(if is { numbers.next_element()?.unwrap_or(0) } else { 0 });
+        Ok([first, next(first & MORE != 0)?, next(share(first) >= DOUBTS)?].into())
     }
 }
 

@@ -33,11 +33,11 @@ use serde::{Deserialize, Deserializer, Serialize};
 /// Axes that one record has room for. An image that drives more needs a longer record, which is another layout.
 pub const MAX_AXES: usize = 4;
 /// Bytes of a record. Four axes take up to 625 bytes in postcard ([`Estimates::to_store`] sees to it), each sine of a table of the
-/// load 6 more, a lag of 8 ticks or more 1 or 2, a share of the torque 4, a skew or a drag up to 9, and
-/// as much again what tells of dry friction.
+/// load 6 more, a lag of 8 ticks or more 1 or 2, a share of the torque 4, a skew or a drag up to 9,
+/// as much again what tells of dry friction, and what is doubted 2.
 pub const RECORD_LEN: usize = 640;
 /// Layout since which a record has all that a model tells, which is no setting.
-const WITH_MODEL: u16 = 8;
+const WITH_MODEL: u16 = 9;
 /// Layout that this image writes: that of the newest setting, or of what else a record holds.
 pub const LAYOUT: u16 = if LATEST > WITH_MODEL { LATEST } else { WITH_MODEL };
 
@@ -60,7 +60,8 @@ pub struct AxisParameters {
     /// The load over the place; none before layout 5, and in texts of that time.
     #[serde(default)]
     pub position_load: PositionLoad,
-    /// What a model tells; nothing before layout 6, only a lag before layout 7, and with load friction before layout 8.
+    /// What a model tells; nothing before layout 6, only a lag before layout 7, with load friction before layout 8, without
+    /// doubts before layout 9.
     #[serde(default)]
     pub modelled: Modelled,
 }

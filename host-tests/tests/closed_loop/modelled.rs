@@ -31,6 +31,27 @@ fn followed(bench: &mut Bench, plant: &Plant) -> [f64; 2] {
     [f64::sqrt(squares / number), f64::from(high - low) / per_rad]
 }
 
+/// All that a model can tell, doubted: tick by tick the servo does what it does without.
+#[test]
+fn what_is_doubted_changes_nothing() {
+    let plant = Plant::draw(Family::G3, Severity::Nominal, Seeds::Evaluation(773_000), &Options::default());
+    let all = Modelled {
+        lag: 300,
+        load_friction: 9_000,
+        over_speed: OverSpeed { skew: 9_000, drag: 9_000 },
+        dry: DryFriction { share: 20_000, breakaway: 4_000, stribeck: 600 },
+        play: 20,
+        doubted: u8::MAX,
+    };
+    let [mut plain, mut doubting, mut told] = [(); 3].map(|()| knowing(&plant));
+    doubting.ask(Command::Modelled(all)).expect("accepted");
+    told.ask(Command::Modelled(Modelled { doubted: 0, ..all })).expect("accepted");
+    let without = followed(&mut plain, &plant);
+    assert_eq!(followed(&mut doubting, &plant), without);
+    assert_ne!(followed(&mut told, &plant), without, "what is not doubted acts");
+    assert_eq!(doubting.axis.parameters(&doubting.state).modelled, all);
+}
+
 #[test]
 fn the_wildest_that_a_model_can_tell_disturbs_and_makes_nothing_unstable() {
     let over = |skew, drag| Modelled { over_speed: OverSpeed { skew, drag }, ..Modelled::default() };

@@ -120,7 +120,7 @@ fn the_table_of_a_model_holds_the_load_of_the_motor() {
     let table = export.params.position_load.expect("a table");
     assert_eq!(table.period_counts, 4 * plant.config.counts_per_rev);
     let [without, with] = both(&plant, table.build(&plant.config).expect("a table"));
-    assert!(without > 5.0 * with, "{without} rad, {with} rad with the table of {:?}", export.left_out);
+    assert!(without > 5.0 * with, "{without} rad, {with} rad with the table of {:?}", export.remarks);
 }
 
 /// Twice the amplitude and any phase: three loads in all. The error stays what these voltages are to the stiffness of the loops.

@@ -147,7 +147,7 @@ fn a_python_program_as_the_motor_is_identified_and_follows() {
     // The result, saved and read again, serves a second session without the compensation.
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("params.toml");
-    Params::new(&report).save(&path).expect("a file");
+    Params::new(report.mechanism, &report.found).save(&path).expect("a file");
     let estimates = Params::read(&path).expect("the file").estimates(&config());
     let Task::Track { profile, .. } = sine(4.0) else { unreachable!() };
     let track = Task::Track { profile, compensation: false };

@@ -141,7 +141,7 @@ fn loops_become_as_stiff_as_a_steep_table_asks() {
 fn the_play_of_a_gear_is_told_and_left_to_the_user() {
     let play = motor("[known.backlash]\ngap_rad = 0.05\n");
     let told = compensation::from_model(&play, &config()).expect("numbers").params.modelled;
-    assert_eq!(told.get("backlash_rad"), Some(&0.05), "{told:?}");
+    assert_eq!(told["backlash_rad"].value, 0.05, "{told:?}");
     let mut base = linear();
     base.modelled.play = 7;
     let (set, remarks) = candidate::candidate(&play, &base, None).expect("a set");

@@ -211,6 +211,7 @@ fn parameters() -> impl Strategy<Value = AxisParameters> {
                 over_speed: OverSpeed { skew: -700, drag: 4_000 },
                 dry: DryFriction { share: 9_000, breakaway: 4_000, stribeck: 500 },
                 play: 41,
+                doubted: 0b1000_0110,
             },
         },
     )
@@ -221,7 +222,7 @@ fn unarmed_command() -> impl Strategy<Value = Command> {
         configuration().prop_map(Command::Configure),
         Just(Command::Stop),
         any::<bool>().prop_map(Command::Compensation),
-        any::<[u64; 2]>().prop_map(|all| Command::Modelled(all.into())),
+        any::<[u64; 3]>().prop_map(|all| Command::Modelled(all.into())),
         any::<u32>().prop_map(|every| Command::Subscribe { every }),
         any::<u32>().prop_map(Command::OnTrial),
         parameters().prop_map(Command::Restore),

@@ -142,11 +142,11 @@ fn effects_become_terminal_voltages() {
     );
     let model = model::parse("model.toml", &text).expect("a model");
     let export = compensation::from_model(&model, &config()).expect("parameters");
-    assert_eq!(export.left_out, ["backlash.load_share"]);
+    assert_eq!(export.remarks, ["not compensated by the firmware: backlash.load_share"]);
     let params = export.params;
-    assert_eq!(params.modelled["backlash_rad"], 0.01);
+    assert_eq!(params.modelled["backlash_rad"].value, 0.01);
     assert_eq!(params.mechanism, Mechanism::InputDeadZone);
-    assert!((params.modelled["friction_share"] - 1.6 / 2.4).abs() < 1e-9, "{:?}", params.modelled);
+    assert!((params.modelled["friction_share"].value - 1.6 / 2.4).abs() < 1e-9, "{:?}", params.modelled);
     let scale = config().build().expect("a configuration");
     let report = params.estimates(&config()).report(&scale);
     for (name, found, by_hand) in [
@@ -180,11 +180,11 @@ fn the_lag_is_the_coefficient_of_the_second_derivative_over_that_of_the_first() 
     };
     let exported = |standing: &str| {
         let model = model::parse("model.toml", &known(standing)).expect("a model");
-        compensation::from_model(&model, &config()).expect("parameters").params.modelled.get("lag_s").copied()
+        compensation::from_model(&model, &config()).expect("parameters").params.modelled["lag_s"]
     };
-    let lag = exported("named").expect("a lag");
-    assert!((lag - 0.001_048 / 0.085).abs() < 1e-6, "{lag} s");
-    assert_eq!(exported("tie"), None, "a name of a tie is not relied on");
+    let lag = exported("named");
+    assert!((lag.value - 0.001_048 / 0.085).abs() < 1e-6 && lag.trusted, "{lag:?}");
+    assert!(!exported("tie").trusted, "a name of a tie is not relied on");
 }
 
 /// The numbers for the firmware of a model with these effects, and what an axis keeps of them.
@@ -203,10 +203,10 @@ fn friction_that_grows_with_the_torque_becomes_a_share() {
         let (params, modelled) = told(&format!(
             "[known.load_dependent_friction]\nlevel_nm = 0.0\nper_motor_torque = {share}\nper_load_torque = 0.0\n"
         ));
-        (params.modelled.get("load_friction").copied(), modelled.load_friction)
+        (params.modelled["load_friction"].value, modelled.load_friction)
     };
-    assert_eq!(share(0.1), (Some(0.1), 6_554));
-    assert_eq!(share(0.4), (Some(0.25), LoadFriction::MOST));
+    assert_eq!(share(0.1), (0.1, 6_554));
+    assert_eq!(share(0.4), (0.25, LoadFriction::MOST));
 }
 
 /// By hand: back-EMF damps with 0.05²/2 N m s/rad, of which 40 V a N m make volts at 10 rad/s.
@@ -221,7 +221,7 @@ fn damping_of_two_sides_and_drag_become_what_speed_takes_beyond_the_linear_motor
         assert!((12.0 * volts - 40.0 * damping * omega).abs() < 1e-4, "{} V at {omega} rad/s", 12.0 * volts);
     }
     let (params, modelled) = told("[known.quadratic_drag]\ndrag_nms2 = 1e-6\n");
-    assert!((params.modelled["drag_per_v"] - 0.016).abs() < 1e-9, "{:?}", params.modelled);
+    assert!((params.modelled["drag_per_v"].value - 0.016).abs() < 1e-9, "{:?}", params.modelled);
     assert!((modelled.values(&config())[3] - 0.016).abs() < 1e-5, "{modelled:?}");
     // Negative numbers come back, and a wrong one is refused.
     let mut axis = blank();
@@ -236,7 +236,7 @@ fn a_spring_without_a_straight_part_is_no_table() {
     let cubic = "stiffness_nm_per_rad = 0.0\nrest_rad = 1.0\ncubic_nm_per_rad3 = 0.001\n";
     let (export, _) = exported(&format!("[known.torsional_spring]\n{cubic}"));
     assert_eq!(export.params.position_load, None);
-    assert_eq!(export.left_out, ["torsional_spring.cubic_nm_per_rad3"]);
+    assert_eq!(export.remarks, ["not compensated by the firmware: torsional_spring.cubic_nm_per_rad3"]);
 }
 
 /// By hand, 40 V a N m: a zone of 0.6 V beside 0.4 V of friction, which is 0.8 V at breakaway; 0.5 rad/s take 25 mV.
@@ -248,21 +248,108 @@ fn friction_beside_a_dead_zone_keeps_its_share_and_its_growth_near_standstill() 
     assert_eq!(params.mechanism, Mechanism::InputDeadZone);
     assert!((params.dead_zone_pos_v.expect("a dead zone").value - 1.0).abs() < 1e-9);
     for (key, value) in [("friction_share", 0.4), ("breakaway", 0.4), ("stribeck_v", 0.025)] {
-        assert!((params.modelled[key] - value).abs() < 1e-9, "{key}: {:?}", params.modelled);
+        assert!((params.modelled[key].value - value).abs() < 1e-9, "{key}: {:?}", params.modelled);
     }
     assert!((modelled.values(&config())[6] - 0.025).abs() < 2e-4, "{modelled:?}");
     // What falls over a third of the speed is no breakaway, and is said.
     let drag = "[known.stribeck_friction]\nlevel_nm = 0.01\nbreakaway_nm = 0.02\nstribeck_rad_s = 80.0\n";
     let (export, _) = exported(drag);
     assert!(!export.params.modelled.contains_key("breakaway"), "{:?}", export.params.modelled);
-    assert!(export.doubts.iter().any(|doubt| doubt.starts_with("breakaway:")), "{:?}", export.doubts);
+    assert!(export.remarks.iter().any(|it| it.contains("friction that falls")), "{:?}", export.remarks);
     // All of it is friction, or next to nothing.
     let (params, _) = told(&format!("[known.stribeck_friction]\n{friction}"));
     assert_eq!((params.mechanism, params.modelled.get("friction_share")), (Mechanism::Friction, None));
-    assert!((params.modelled["breakaway"] - 1.0).abs() < 1e-9);
+    assert!((params.modelled["breakaway"].value - 1.0).abs() < 1e-9);
     let (params, _) =
         told("[known.dead_zone]\nhalf_width_v = 1.0\n[known.coulomb_friction]\nlevel_nm = 0.001\n");
     assert_eq!((params.mechanism, params.modelled.get("friction_share")), (Mechanism::InputDeadZone, None));
+}
+
+/// A number that is doubted is kept beside one that acts, through the link, the flash and the text.
+#[test]
+fn what_is_doubted_is_kept_and_does_not_act() {
+    let mut axis = blank();
+    for assignment in [
+        "identified.lag_s=0.003",
+        "doubted.load_friction=0.25",
+        "doubted.viscous_skew=-0.2",
+        "doubted.backlash_rad=0.1",
+    ] {
+        set(&mut axis, assignment);
+    }
+    let told = axis.modelled;
+    let acting = told.acting();
+    assert_eq!(acting, Modelled { lag: told.lag, ..Modelled::default() });
+    assert!(told.load_friction > 0 && told.over_speed.skew < 0 && told.play > 0, "{told:?}");
+    let bytes = postcard::to_stdvec(&told).expect("bytes");
+    let back: Modelled = postcard::from_bytes(&bytes).expect("numbers");
+    // The largest share is two parts in 65,536 smaller beside a doubt.
+    assert_eq!(back, Modelled { load_friction: LoadFriction::MOST - 2, ..told });
+    let text = parameters::print(&axis);
+    assert!(
+        text.contains("\nidentified.lag_s = 0.003") && text.contains("\ndoubted.viscous_skew = -0."),
+        "{text}"
+    );
+    // Whoever is sure says so.
+    set(&mut axis, "identified.viscous_skew=-0.2");
+    assert_eq!(axis.modelled.acting().over_speed, told.over_speed);
+    set(&mut axis, "supply.nominal_v=24");
+    assert!(axis.modelled.trusts(2) && !axis.modelled.trusts(7), "{:?}", axis.modelled);
+}
+
+/// Half of itself is the most that a term of a model may be unsure by.
+#[test]
+fn a_term_is_trusted_as_far_as_its_own_interval() {
+    let drag = |std: f64| {
+        let (params, modelled) = told(&format!(
+            "[known.actuator_lag]\ntime_constant_s = 0.003\n[known.quadratic_drag]\ndrag_nms2 = 1e-6\ndrag_nms2_std = {std:e}\nstanding = \"named\"\n"
+        ));
+        assert!(params.modelled["lag_s"].trusted && modelled.acting().lag > 0, "{params:?}");
+        assert!(modelled.over_speed.drag > 0);
+        let kept = params.modelled["drag_per_v"];
+        assert!((kept.u95 - 1.96 * 0.016 * std / 1e-6).abs() < 1e-6, "{kept:?}");
+        assert_eq!(kept.trusted, modelled.acting().over_speed.drag > 0);
+        kept.trusted
+    };
+    assert!(drag(2e-7) && !drag(3e-7));
+    // The file of the command says why, and tells the number all the same.
+    let (_, text) =
+        exported("[known.quadratic_drag]\ndrag_nms2 = 1e-6\ndrag_nms2_std = 3e-7\nstanding = \"named\"\n");
+    assert!(text.contains("# not trusted: drag: 0.0160 has a half width (95 %) of 0.0094"), "{text}");
+}
+
+/// An encoder that gives half of what the axis file says: with the right counts, gain and play are those of the shaft.
+#[test]
+fn the_scale_of_the_encoder_becomes_counts_per_turn() {
+    let scale = |std: f64, standing: &str| {
+        let known = format!(
+            "[known.encoder_scale]\nratio = 0.5\nratio_std = {std}\nstanding = \"{standing}\"\n[known.backlash]\ngap_rad = 0.01\nload_share = 0.0\n"
+        );
+        let model = model::parse("model.toml", &format!("{MODEL}{known}")).expect("a model");
+        let shown = compensation::from_model(&model, &config()).expect("parameters").params;
+        assert!((shown.gain_rad_s_per_v.expect("a gain").value - 10.0).abs() < 1e-9, "half of 20 rad/s/V");
+        (shown, compensation::corrected(&model, &config()).expect("parameters"))
+    };
+    let (shown, export) = scale(0.001, "named");
+    let params = export.params;
+    assert_eq!(params.counts_per_rev, Some(2000));
+    assert!((params.gain_rad_s_per_v.expect("a gain").value - 20.0).abs() < 1e-9);
+    assert!(
+        export.remarks.iter().any(|it| it.contains("encoder.counts_per_rev=2000")),
+        "{:?}",
+        export.remarks
+    );
+    // Play is so many counts, whatever a turn has.
+    let adopted = |params: &Params| {
+        let mut axis = blank();
+        parameters::adopt(&mut axis, params).expect("numbers that can be");
+        (axis.config.counts_per_rev, axis.modelled.play)
+    };
+    assert_eq!((adopted(&shown), adopted(&params)), ((4000, 3), (2000, 3)));
+    for (std, standing) in [(0.2, "named"), (0.001, "tie")] {
+        let (shown, export) = scale(std, standing);
+        assert_eq!(export.params, shown, "{standing} ± {std}");
+    }
 }
 
 /// What the supply was thought to be does not change volts, nor the rate of ticks seconds.
@@ -359,9 +446,9 @@ fn an_offset_of_the_drive_becomes_the_constant_of_the_table() {
         let export = offset(std, standing);
         assert_eq!(export.params.position_load, None, "{standing} ± {std}");
         assert!(
-            export.doubts.iter().any(|doubt| doubt.starts_with("voltage_offset: ")),
+            export.remarks.iter().any(|doubt| doubt.starts_with("not trusted: voltage_offset: ")),
             "{:?}",
-            export.doubts
+            export.remarks
         );
     }
 }
@@ -373,7 +460,7 @@ fn a_lag_and_a_delay_are_part_of_the_time_constant() {
         "[tolerance]\ndefault = 0.01\n[known.actuator_lag]\ntime_constant_s = 0.03\nstanding = \"named\"\n\
          [known.transport_delay]\nseconds = 0.01\nstanding = \"named\"\n",
     );
-    assert!(export.left_out.is_empty(), "{:?}", export.left_out);
+    assert!(export.remarks.iter().all(|it| !it.contains("firmware")), "{:?}", export.remarks);
     let found = export.params.time_constant_s.expect("there");
     assert!((found.value - 0.12).abs() < 1e-9, "{} s", found.value);
     assert!(found.trusted);
@@ -387,7 +474,11 @@ fn an_export_names_what_the_firmware_cannot_take() {
          [known.cogging]\namplitude_nm = 0.002\nperiods_per_rev = 12\nphase_rad = 0.0\n\
          [known.voltage_saturation]\nlimit_v = 9.0\nsoftness = 0.1\n",
     );
-    assert_eq!(export.left_out, ["voltage_saturation.softness"]);
+    assert!(
+        export.remarks.iter().any(|it| it.ends_with("firmware: voltage_saturation.softness")),
+        "{:?}",
+        export.remarks
+    );
     assert!(text.contains("# not compensated by the firmware: voltage_saturation.softness\n"), "{text}");
 }
 

@@ -60,6 +60,7 @@ fn commands() -> Vec<Command> {
             ..Modelled::default()
         }),
         Command::Modelled(Modelled { play: 41, ..Modelled::default() }),
+        Command::Modelled(Modelled { lag: 389, doubted: 1, ..Modelled::default() }),
         Command::OnTrial(200_000),
     ]
 }

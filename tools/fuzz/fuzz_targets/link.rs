@@ -66,7 +66,7 @@ enum Deed {
     StreamAny { position_rad: f32, speed_rad_s: f32, acceleration_rad_s2: Option<f32>, ticks: u32 },
     Adopt([i32; 6]),
     PositionLoad { head: u64, numbers: [i32; 6] },
-    Modelled([u64; 2]),
+    Modelled([u64; 3]),
     CaptureArm { before: u16 },
     Ask(u8),
 }
@@ -132,7 +132,7 @@ impl Deed {
                 compensation,
                 protection: Settings { command_timeout_ms: bandwidth.to_bits() as u16, ..Settings::default() },
                 position_load: table(0, numbers),
-                modelled: [u64::from(bandwidth.to_bits()); 2].into(),
+                modelled: [u64::from(bandwidth.to_bits()); 3].into(),
             }),
             Deed::Reset => Command::Reset,
             Deed::Arm => Command::Arm,

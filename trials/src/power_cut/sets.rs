@@ -33,6 +33,7 @@ fn parameters(number: u32, axis: u32) -> AxisParameters {
             over_speed: OverSpeed { skew: 100 - (number % 7) as i16, drag: 0 },
             dry: DryFriction { share: 30, ..DryFriction::default() },
             play: 0,
+            doubted: 1 + (number % 3) as u8,
         },
     }
 }

@@ -104,7 +104,8 @@ impl Entry {
         let load = PlaceLoad::of(&candidate.position_load, &candidate.config);
         let name = |it: &Sine| format!("load, {} cycles of {} counts", it.cycles, load.period_counts);
         let sine = |it: &Sine| known(&name(it), "V", it.amplitude_v, 0.0);
-        let model = modelled(candidate).map(|([_, name, unit], of)| known(name, unit, of.into(), 0.0));
+        let acting = modelled(candidate).filter(|(.., acts)| *acts);
+        let model = acting.map(|([_, name, unit], of, _)| known(name, unit, of.into(), 0.0));
         let loops = [known("bandwidth of the loops", "/τ", candidate.tuning.bandwidth.into(), 0.0)];
         let numbers = told.chain(loops).chain(model).chain(load.sines.iter().map(sine)).collect();
         Self { numbers, after: Some(*candidate), ..self }
@@ -159,8 +160,7 @@ pub fn append(folder: &Path, entry: &Entry) -> anyhow::Result<()> {
 
 /// All entries for people, with the numbers that have moved by more than both are sure of.
 pub fn text(entries: &[Entry]) -> String {
-    let mut text = String::new();
-    let mut before: Option<&Entry> = None;
+    let (mut text, mut before) = (String::new(), None::<&Entry>);
     for (number, entry) in (1..).zip(entries) {
         text += &format!("{number}. {}", entry.text());
         for moved in before.map(|before| moved(before, entry)).unwrap_or_default() {

@@ -1,20 +1,20 @@
 //! From a log to other numbers for the servo: a first model, the gap workflow, what the firmware can take of its answer.
 
 use crate::compensation;
-use anyhow::bail;
+use anyhow::Context;
 use servo::compensate::modelled::{Modelled, NAMES, PLAY};
 use servo::compensate::position_load::PositionLoad;
 use servo::config::Config;
 use servo::identify::estimate::Estimates;
 use servo::store::AxisParameters;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use truing_core::gap;
 use truing_core::outcome::{Outcome, Verdict};
 use truing_core::system::model::{self, Model};
 use truing_core::text::input_error::InputError;
 use truing_files::log::{self, Columns, Dynamic, Log};
 use truing_report::report::{Exporter, model_file::ModelFile};
-use truing_servo::device::commission_report::Found;
+use truing_servo::device::commission_report::{Found, Kept};
 use truing_servo::device::parameters::adopt;
 use truing_servo::device::place_load::stiff_enough;
 
@@ -78,11 +78,10 @@ pub fn analysed(model: &Model, logs: &[PathBuf]) -> anyhow::Result<Analysed> {
 
 /// The runs of all logs.
 fn record(logs: &[PathBuf]) -> anyhow::Result<Dynamic> {
-    let read = |path: &Path| gap::as_record(log::read(path, &Columns::default())?);
-    let Some((first, rest)) = logs.split_first() else { bail!("there is no log") };
-    let mut record = read(first)?;
-    for path in rest {
-        record.runs.extend(read(path)?.runs);
+    let mut records = logs.iter().map(|path| gap::as_record(log::read(path, &Columns::default())?));
+    let mut record = records.next().context("there is no log")??;
+    for other in records {
+        record.runs.extend(other?.runs);
     }
     record.runs.iter_mut().zip(0..).for_each(|(run, number)| run.id = number);
     Ok(record)
@@ -100,9 +99,8 @@ pub fn candidate(
     seen: Option<&Estimates>,
 ) -> Result<(AxisParameters, Vec<String>), InputError> {
     let export = compensation::from_model(extended, &base.config)?;
-    let (mut remarks, mut params, play) = (export.remarks(), export.params, NAMES[PLAY][0]);
-    let way =
-        |rad| format!("left to you: identified.{play}={rad:.5}, by which moves down pass their target first");
+    let (mut remarks, mut params, play) = (export.remarks, export.params, NAMES[PLAY][0]);
+    let way = |it: Kept| format!("left to you: identified.{play}={:.5}, for moves down", it.value);
     remarks.extend(params.modelled.remove(play).map(way));
     let modelled = Modelled { play: base.modelled.play, ..Modelled::default() };
     let position_load = PositionLoad::default();
@@ -110,9 +108,8 @@ pub fn candidate(
     adopt(&mut candidate, &params)?;
     seen.into_iter().for_each(|seen| candidate.estimates.merge(seen));
     candidate.tuning.bandwidth = stiff_enough(&candidate);
-    candidate
-        .check()
-        .map_err(|it| InputError(format!("the model asks for numbers that cannot be: {it:?}")))?;
+    let cannot = |it| InputError(format!("the model asks for numbers that cannot be: {it:?}"));
+    candidate.check().map_err(cannot)?;
     Ok((candidate, remarks))
 }
 

@@ -135,8 +135,8 @@ fn write(export: &Export) -> anyhow::Result<()> {
     read.writes("--out", &export.out).check()?;
     let config = export.axis.read()?.config;
     let model = model::read(&export.model)?;
-    let found = compensation::from_model(&model, &config)?;
-    for remark in found.remarks() {
+    let found = compensation::corrected(&model, &config)?;
+    for remark in &found.remarks {
         errln!("{remark}");
     }
     match &export.out {

@@ -14,20 +14,21 @@
 //! changes slowly sees them. What a faster one sees is the lag: the coefficient of s² over that sum.
 //!
 //! A number is trusted as on the chip: a dead zone or a saturation whose half width of 95 % is below 12 % of it, gain and
-//! time constant together with the dead zones. And no effect in it may be one name of a tie, or from a verdict that leaves
+//! time constant together with the dead zones, and each term that only a model tells up to half of it. And no effect in it may be one name of a tie, or from a verdict that leaves
 //! something unexplained (`standing` in the extended model).
 
 use crate::waves::{self, Wave};
-use servo::compensate::modelled::{BREAKAWAY, Modelled, NAMES, NUMBERS, PLAY};
+use servo::compensate::modelled::{BREAKAWAY, Modelled, NAMES, NUMBERS, PLAY, SKEW};
 use servo::config::Config;
 use servo::identify::estimate::Mechanism;
-use truing_core::system::effects::OnChip;
+use truing_core::system::effects::{ENCODER_SCALE, OnChip};
 use truing_core::system::model::{Known, Model, NAMED};
 use truing_core::system::plant::laws::Law;
 use truing_core::system::plant::physics::Drive;
 use truing_core::text::input_error::InputError;
 use truing_servo::device::commission_report::{Kept, Params};
 use truing_servo::device::motor::builtin;
+use truing_servo::device::place_load::PlaceLoad;
 
 /// Half width of the 95 % interval, standard deviations.
 const U95: f64 = 1.96;
@@ -45,28 +46,41 @@ const LITTLE: f64 = 0.05;
 pub struct Export {
     /// For `--params`.
     pub params: Params,
-    /// What it has no parameter for: effects, and parameters as `effect.parameter`.
-    pub left_out: Vec<String>,
-    /// Numbers that are not trusted, each with the reason.
-    pub doubts: Vec<String>,
+    /// What a reader of the numbers has to know, a line each: what the firmware has no parameter for (effects, and parameters as
+    /// `effect.parameter`), and why numbers are not trusted.
+    pub remarks: Vec<String>,
 }
 
 impl Export {
     /// The file, with what is missing in it as comments.
     pub fn text(&self) -> Result<String, InputError> {
-        let comments: String = self.remarks().iter().map(|remark| format!("# {remark}\n")).collect();
+        let comments: String = self.remarks.iter().map(|remark| format!("# {remark}\n")).collect();
         Ok(comments + &self.params.text()?)
-    }
-
-    /// What a reader of the numbers has to know, a line each.
-    pub fn remarks(&self) -> Vec<String> {
-        let left_out = self.left_out.iter().map(|what| format!("not compensated by the firmware: {what}"));
-        let doubts = self.doubts.iter().map(|doubt| format!("not trusted: {doubt}"));
-        left_out.chain(doubts).collect()
     }
 }
 
-/// The numbers for the firmware, and what it cannot take.
+const LEFT_OUT: &str = "not compensated by the firmware";
+
+/// Counts that the encoder gives a turn, where a model is sure that they are not what the axis file says.
+pub fn counts_per_rev(model: &Model, config: &Config) -> Option<u32> {
+    let known = model.known.iter().find(|known| known.effect.name == ENCODER_SCALE.name)?;
+    let named = unsure(known.effect.name, model.standing(known.effect.name)).is_none();
+    let (ratio, std) = (known.values[0], known.stds[0].unwrap_or(0.0));
+    let counts = (f64::from(config.counts_per_rev) * ratio).round() as u32;
+    (named && U95 * std < waves::TRUST_LIMIT * (ratio - 1.0).abs()).then_some(counts)
+}
+
+/// As [`from_model`], for an axis whose counts a turn are corrected with it.
+pub fn corrected(model: &Model, config: &Config) -> Result<Export, InputError> {
+    let export = from_model(model, config)?;
+    let Some(counts_per_rev) = counts_per_rev(model, config) else { return Ok(export) };
+    let mut model = Model { encoder: None, ..model.clone() };
+    model.known.retain(|known| known.effect.name != ENCODER_SCALE.name);
+    let params = from_model(&model, &Config { counts_per_rev, ..*config })?.params;
+    Ok(Export { params: Params { counts_per_rev: Some(counts_per_rev), ..params }, ..export })
+}
+
+/// The numbers for the firmware, as its encoder shows them, and what it cannot take.
 pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> {
     check(model, config)?;
     let mut value = Terminal::of(model);
@@ -74,68 +88,89 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
     let why = || InputError::file(&model.source, "a number that follows from it is none; look at the model");
     finite.then_some(()).ok_or_else(why)?;
     let supply_v = f64::from(config.supply_nominal_v);
-    let mut doubts = Vec::new();
+    let mut remarks = left_out(model);
+    let counts = |it| format!("left to you: encoder.counts_per_rev={it}, for no encoder shows its own scale");
+    remarks.extend(counts_per_rev(model, config).map(counts));
     if value.told[BREAKAWAY[1]] > NEAR_STANDSTILL * supply_v {
-        doubts.push("breakaway: friction that falls over so much of the speed is another effect".into());
+        remarks.push(format!("{LEFT_OUT}: friction that falls over so much of the speed"));
         BREAKAWAY.iter().for_each(|at| value.told[*at] = 0.0);
     }
-    // A way back that is too long costs time; one that is too short leaves a part of the play.
-    value.told[PLAY] += U95 * from_effects(model, &|t| t.told[PLAY]).sqrt();
+    let mut all = Weighed { model, value, remarks };
+    let dead_zone_pos_v = all.voltage("dead_zone_pos_v", &|t| t.dead_zone[0], true, |v| v > 0.0);
+    let dead_zone_neg_v = all.voltage("dead_zone_neg_v", &|t| t.dead_zone[1], true, |v| v > 0.0);
     // As on the chip, other numbers are trusted with the dead zones.
-    let mut number = |name: &str, pick: Pick, voltage: bool, sure: bool| {
-        let u95 = U95 * (from_effects(model, pick) + from_base(model, pick, voltage)).sqrt();
-        let wide = || too_wide(pick(&value), u95).filter(|_| voltage);
-        let unsure = || (!sure).then(|| "a dead zone is not trusted".to_owned());
-        let none =
-            (!(pick(&value) + u95).is_finite()).then(|| "it is no number; look at the model".to_owned());
-        let doubt = none.or_else(|| doubtful(model, pick)).or_else(wide).or_else(unsure);
-        doubts.extend(doubt.iter().map(|doubt| format!("{name}: {doubt}")));
-        Kept { value: pick(&value), u95, trusted: doubt.is_none() }
-    };
-    let mut zone = |name: &str, pick: Pick| (pick(&value) > 0.0).then(|| number(name, pick, true, true));
-    let dead_zone_pos_v = zone("dead_zone_pos_v", &|t| t.dead_zone[0]);
-    let dead_zone_neg_v = zone("dead_zone_neg_v", &|t| t.dead_zone[1]);
     let sure = [dead_zone_pos_v, dead_zone_neg_v].iter().flatten().all(|kept| kept.trusted);
-    let mut limit =
-        |name: &str, pick: Pick| (pick(&value) < supply_v).then(|| number(name, pick, true, sure));
-    let saturation_pos_v = limit("saturation_pos_v", &|t| t.saturation[0]);
-    let saturation_neg_v = limit("saturation_neg_v", &|t| t.saturation[1]);
     let most = Modelled::most(config).map(f64::from);
-    let told = |at: usize| {
-        let told =
-            Some(value.told[at]).filter(|of| of.is_normal() && doubtful(model, &|t| t.told[at]).is_none());
-        Some((NAMES[at][0].to_owned(), told?.clamp(-most[at], most[at])))
-    };
     let params = Params {
-        mechanism: value.mechanism,
+        mechanism: all.value.mechanism,
         dead_zone_pos_v,
         dead_zone_neg_v,
-        saturation_pos_v,
-        saturation_neg_v,
-        gain_rad_s_per_v: Some(number("gain_rad_s_per_v", &|t| t.gain, false, sure)),
-        time_constant_s: Some(number("time_constant_s", &|t| t.time_constant, false, sure)),
-        modelled: (0..NUMBERS).filter_map(told).collect(),
+        saturation_pos_v: all.voltage("saturation_pos_v", &|t| t.saturation[0], sure, |v| v < supply_v),
+        saturation_neg_v: all.voltage("saturation_neg_v", &|t| t.saturation[1], sure, |v| v < supply_v),
+        gain_rad_s_per_v: Some(all.number("gain_rad_s_per_v", &|t| t.gain, f64::INFINITY, sure)),
+        time_constant_s: Some(all.number("time_constant_s", &|t| t.time_constant, f64::INFINITY, sure)),
+        modelled: (0..NUMBERS).filter_map(|at| all.told(at, most[at])).collect(),
+        position_load: all.place_load(config),
         ..Params::nothing()
     };
-    let mut export = Export { params, left_out: left_out(model), doubts };
-    place_load(model, config, &mut export);
-    Ok(export)
+    Ok(Export { params, remarks: all.remarks })
 }
 
-/// The table of what is sure; what of it is beyond the bound of the chip is left out.
-fn place_load(model: &Model, config: &Config, export: &mut Export) {
-    let sure = |wave: &Wave| {
-        let doubt = unsure(wave.name, model.standing(wave.name)).or_else(|| wave.doubt());
-        export.doubts.extend(doubt.iter().map(|doubt| format!("{}: {doubt}", wave.name)));
+/// The numbers of a model, and what is to be said of them.
+struct Weighed<'a> {
+    model: &'a Model,
+    value: Terminal,
+    remarks: Vec<String>,
+}
+
+impl Weighed<'_> {
+    /// Nothing speaks against it; what does is said.
+    fn trusted(&mut self, name: &str, doubt: Option<String>) -> bool {
+        self.remarks.extend(doubt.iter().map(|doubt| format!("not trusted: {name}: {doubt}")));
         doubt.is_none()
-    };
-    let waves: Vec<_> =
-        waves::waves(model, config.supply_nominal_v.into()).into_iter().filter(sure).collect();
-    export.params.position_load = waves::table(&waves, config);
-    let share = export.params.position_load.as_mut().map_or(1.0, |it| it.fit(config));
-    if share < 1.0 {
-        let beyond = 100.0 * (1.0 - share);
-        export.left_out.push(format!("{beyond:.0} % of the load over the place, more than the servo holds"));
+    }
+
+    /// Trusted up to a half width (95 %) of `most` of it, if what it stands on is sure.
+    fn number(&mut self, name: &str, pick: Pick, most: f64, sure: bool) -> Kept {
+        let (model, value) = (self.model, pick(&self.value));
+        let u95 = U95 * variance(model, pick, most.is_finite()).sqrt();
+        let zones = || (!sure).then(|| "a dead zone is not trusted".to_owned());
+        let named = behind(model, pick).into_iter().find_map(|(name, standing)| unsure(name, standing));
+        let doubt = named.or_else(|| too_wide(value, u95, most)).or_else(zones);
+        Kept { value, u95, trusted: self.trusted(name, doubt) }
+    }
+
+    /// If it is one.
+    fn voltage(&mut self, name: &str, pick: Pick, sure: bool, is: impl Fn(f64) -> bool) -> Option<Kept> {
+        is(pick(&self.value)).then(|| self.number(name, pick, TRUST_LIMIT, sure))
+    }
+
+    /// What only a model tells, up to `most`.
+    fn told(&mut self, at: usize, most: f64) -> Option<(String, Kept)> {
+        let value = Some(self.value.told[at]).filter(|value| value.is_normal())?;
+        // The breakaway decides about the voltage over which it falls, too.
+        let decides = if at == BREAKAWAY[1] { BREAKAWAY[0] } else { at };
+        // What both sides have in common is as unsure as the damping, and no part of their difference, which the name stands for.
+        let limit = if at == SKEW { f64::INFINITY } else { waves::TRUST_LIMIT };
+        let kept = self.number(NAMES[at][1], &|t| t.told[decides], limit, true);
+        // A way back that is too long costs time; one that is too short leaves a part of the play.
+        let value = if at == PLAY { value + kept.u95 } else { value };
+        Some((NAMES[at][0].to_owned(), Kept { value: value.clamp(-most, most), ..kept }))
+    }
+
+    /// The table of what is sure, as far as the chip holds it.
+    fn place_load(&mut self, config: &Config) -> Option<PlaceLoad> {
+        let mut waves = waves::waves(self.model, config.supply_nominal_v.into());
+        waves.retain(|Wave { name, amplitude_v, u95, .. }| {
+            let wide = || too_wide(*amplitude_v, *u95, waves::TRUST_LIMIT);
+            self.trusted(name, unsure(name, self.model.standing(name)).or_else(wide))
+        });
+        let mut table = waves::table(&waves, config)?;
+        let beyond = 100.0 * (1.0 - table.fit(config));
+        if beyond > 0.0 {
+            self.remarks.push(format!("{LEFT_OUT}: {beyond:.0} % of the load over the place"));
+        }
+        Some(table)
     }
 }
 
@@ -163,15 +198,10 @@ fn behind<'a>(model: &'a Model, pick: Pick) -> Vec<(&'static str, Option<&'a str
     known.map(|(_, known)| (known.effect.name, model.standing(known.effect.name))).collect()
 }
 
-/// Why the effects in a number are not to be trusted, if so.
-fn doubtful(model: &Model, pick: Pick) -> Option<String> {
-    behind(model, pick).into_iter().find_map(|(name, standing)| unsure(name, standing))
-}
-
-fn too_wide(value: f64, u95: f64) -> Option<String> {
-    let share = 100.0 * TRUST_LIMIT;
-    (u95 > TRUST_LIMIT * value)
-        .then(|| format!("{value:.4} V has a half width (95 %) of {u95:.4} V, more than {share:.0} % of it"))
+fn too_wide(value: f64, u95: f64, most: f64) -> Option<String> {
+    let share = 100.0 * most;
+    (u95 > most * value.abs())
+        .then(|| format!("{value:.4} has a half width (95 %) of {u95:.4}, more than {share:.0} % of it"))
 }
 
 /// Effects without a number on the chip, and parameters of the others of which it takes a part only.
@@ -186,7 +216,7 @@ fn left_out(model: &Model) -> Vec<String> {
         let left = parts.filter(|(part, value)| part.on_chip == OnChip::Unknown && **value != 0.0);
         all.extend(left.map(|(part, _)| format!("{}.{}", effect.name, part.name)));
     }
-    all
+    all.iter().map(|what| format!("{LEFT_OUT}: {what}")).collect()
 }
 
 /// The model must be of the axis that the firmware drives.
@@ -203,7 +233,7 @@ struct Terminal {
     /// Positive, negative; V, positive magnitudes.
     dead_zone: [f64; 2],
     saturation: [f64; 2],
-    /// rad/s/V at the encoder's shaft.
+    /// rad/s/V as the encoder shows them.
     gain: f64,
     /// s.
     time_constant: f64,
@@ -237,7 +267,7 @@ impl Terminal {
         Terminal {
             dead_zone: widths,
             saturation: [0, 1].map(|at| (limit[at] + zone[at]) / plant.drive_gain),
-            gain,
+            gain: gain * plant.sensor_scale,
             time_constant: first + later,
             told: [lag, plant.friction_per_motor, skew, drag, share, excess, stribeck, play],
             mechanism,
@@ -258,34 +288,26 @@ fn mechanism(zone: [f64; 2], friction: [f64; 2], drop: f64) -> (Mechanism, f64) 
     }
 }
 
-/// Variance by first-order propagation of what the effects' parameters are known by.
-fn from_effects(model: &Model, pick: Pick) -> f64 {
+/// Variance by first-order propagation of what the effects' parameters are known by, and of the tolerances of the base parameters. Of a
+/// voltage that only fitted effects make, the log has shown the voltage itself: an error of R or Kt is in the fitted torque as well and
+/// cancels.
+fn variance(model: &Model, pick: Pick, voltage: bool) -> f64 {
+    let value = pick(&Terminal::of(model));
+    let squared = |change: &dyn Fn(&mut Model)| {
+        let mut changed = model.clone();
+        change(&mut changed);
+        let by = pick(&Terminal::of(&changed)) - value;
+        if by.is_finite() { by * by } else { 0.0 }
+    };
     let mut sum = 0.0;
     for (place, known) in model.known.iter().enumerate() {
         for (index, std) in known.stds.iter().enumerate() {
-            let mut changed = model.clone();
-            changed.known[place].values[index] += std.unwrap_or(0.0);
-            sum += squared_change(model, &changed, pick);
+            sum += squared(&|it| it.known[place].values[index] += std.unwrap_or(0.0));
         }
     }
-    sum
-}
-
-/// The uncertainty that the tolerances of the base parameters bring. Of a voltage that only fitted effects make, the log has shown the voltage
-/// itself: an error of R or Kt is in the fitted torque as well and cancels.
-fn from_base(model: &Model, pick: Pick, voltage: bool) -> f64 {
-    if voltage && behind(model, pick).iter().all(|(_, standing)| standing.is_some()) {
-        return 0.0;
+    let cancels = voltage && behind(model, pick).iter().all(|(_, standing)| standing.is_some());
+    for (key, value) in model.parameters().into_iter().filter(|_| !cancels) {
+        sum += squared(&|it| it.set_parameter(key, value * (1.0 + model.tolerance(key))));
     }
-    let one = |(key, value): (&str, f64)| {
-        let mut changed = model.clone();
-        changed.set_parameter(key, value * (1.0 + model.tolerance(key)));
-        squared_change(model, &changed, pick)
-    };
-    model.parameters().into_iter().map(one).sum()
-}
-
-fn squared_change(model: &Model, changed: &Model, pick: Pick) -> f64 {
-    let change = pick(&Terminal::of(changed)) - pick(&Terminal::of(model));
-    if change.is_finite() { change * change } else { 0.0 }
+    sum
 }

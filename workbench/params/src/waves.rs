@@ -12,8 +12,8 @@ use truing_servo::device::place_load::{PlaceLoad, Sine};
 
 /// A period has so many cycles of its slowest sine at most, until the others have whole ones in it.
 const MOST_CYCLES: u32 = 64;
-/// Relative half width (95 %) of a sine from which on it is not trusted: one that is wrong by half of itself still halves the load.
-const TRUST_LIMIT: f64 = 0.5;
+/// Relative half width (95 %) of a term from which on it is not trusted: one that is wrong by half of itself still halves the error.
+pub const TRUST_LIMIT: f64 = 0.5;
 /// Share of the nominal supply at which the sine of a spring turns back: at half of it the sine is 5 % short. The rest is for other loads.
 const SPRING_SHARE: f64 = 0.35;
 
@@ -27,19 +27,8 @@ pub struct Wave {
     pub amplitude_v: f64,
     /// rad.
     pub phase_rad: f64,
-    /// Half width (95 %) of the voltage, as a share of the amplitude.
+    /// Half width (95 %), V.
     pub u95: f64,
-}
-
-impl Wave {
-    /// Why not to trust it by itself.
-    pub fn doubt(&self) -> Option<String> {
-        let Self { amplitude_v, u95, .. } = self;
-        let (wide, most) = (100.0 * u95, 100.0 * TRUST_LIMIT);
-        (*u95 > TRUST_LIMIT).then(|| {
-            format!("{amplitude_v:.4} V has a half width (95 %) of {wide:.0} % of it, more than {most:.0} %")
-        })
-    }
 }
 
 /// All of a model, the slowest one first. `supply_v`: nominal.
@@ -72,12 +61,13 @@ fn wave(model: &Model, known: &Known, supply_v: f64) -> Option<Wave> {
     // As many cycles a turn as there are poles, where the log agrees.
     let cycles = per_turn.round();
     let whole_number = (per_turn - cycles).abs() < 3.0 * per_turn_std && cycles > 0.0;
+    let amplitude_v = at_winding / whole.drive_gain;
     Some(Wave {
         name: known.effect.name,
         per_turn: if whole_number { cycles } else { per_turn } / whole.sensor_scale,
-        amplitude_v: at_winding / whole.drive_gain,
+        amplitude_v,
         phase_rad: phase.rem_euclid(TAU),
-        u95: 1.96 * (std(0) / a).hypot(phase_std),
+        u95: 1.96 * (std(0) / a).hypot(phase_std) * amplitude_v.abs(),
     })
 }
 

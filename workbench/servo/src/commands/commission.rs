@@ -91,7 +91,7 @@ fn tell(arguments: &Arguments, outcome: &Outcome, log: &RunLog) -> anyhow::Resul
         write_atomically(path, &(serde_json::to_string_pretty(&report)? + "\n"))?;
     }
     if let (Some(path), None) = (&arguments.save, &report.refused) {
-        Params::new(&report).save(path)?;
+        Params::new(report.mechanism, &report.found).save(path)?;
     }
     if arguments.store {
         arguments.log.save(log)?;
@@ -147,10 +147,14 @@ impl Motion {
     }
 }
 
+const OTHER_ENCODER: &str =
+    "counts_per_rev of --params is not that of the axis file: correct encoder.counts_per_rev there";
+
 /// The tasks that put these numbers in use.
 fn adopted(params: &Params, config: &Config) -> anyhow::Result<Vec<Task>> {
     let mut known = AxisParameters::new(*config);
     adopt(&mut known, params)?;
+    anyhow::ensure!(known.config == *config, OTHER_ENCODER);
     let load = params.position_load.as_ref().map(|_| Task::PositionLoad(known.position_load));
     let told = (!params.modelled.is_empty()).then_some(Task::Modelled(known.modelled));
     Ok([Task::Adopt(Box::new(params.estimates(config)))].into_iter().chain(load).chain(told).collect())

@@ -9,19 +9,10 @@ use crate::device::run_log::RunLog;
 use crate::device::session::{Done, SessionResult, Task};
 use crate::device::tracking::{Learned, TrackJson};
 use anyhow::bail;
-use clap::{Args, ValueEnum};
+use clap::{Args, builder::BoolishValueParser};
 use std::path::PathBuf;
 use truing_report::console::interrupt;
 use truing_report::report::write_atomically;
-
-/// On or off.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, ValueEnum)]
-pub enum Switch {
-    /// With the inverse dead zone.
-    On,
-    /// Without.
-    Off,
-}
 
 /// Arguments of `truing track`.
 #[derive(Args, Debug)]
@@ -39,8 +30,8 @@ pub struct Arguments {
     #[arg(long)]
     pub profile: String,
     /// Use the inverse dead zone. Without it: as `loops.compensation` of the axis file says, on by default.
-    #[arg(long, value_enum)]
-    pub compensation: Option<Switch>,
+    #[arg(long, value_name = "on|off", value_parser = BoolishValueParser::new())]
+    pub compensation: Option<bool>,
     /// If the motion takes more voltage than is left, scale it so that it fits: a sine's amplitude, the times of a file.
     #[arg(long)]
     pub fit: bool,
@@ -64,7 +55,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let setup = firmware.axis_file.read()?;
     let config = setup.config;
     let chosen = setup.choices.loops.compensation.unwrap_or(true);
-    let compensation = arguments.compensation.map_or(chosen, |switch| switch == Switch::On);
+    let compensation = arguments.compensation.unwrap_or(chosen);
     let motion = profile::task(&arguments.profile, compensation, &config)?;
     if !arguments.fit {
         knowledge.allows(&motion, &config)?;
@@ -122,7 +113,7 @@ fn print_loop(result: &SessionResult, tasks: &[Task]) {
         (_, Some(Task::Adopt(estimates))) => Some(&**estimates),
         _ => None,
     };
-    let shape = |known| LoopShape::of(&result.log.config, result.tuning, known).ok().flatten();
+    let shape = |known| LoopShape::of(&result.log.config, result.tuning, known);
     if let Some(LoopShape { crossover_rad_s: crossover, phase_margin_deg: margin }) = known.and_then(shape) {
         outln!("{:21} crossover {crossover:.1} rad/s, phase margin {margin:.0}°", "position loop");
     }

@@ -186,6 +186,8 @@ pub struct Kept {
 pub struct Params {
     /// `truing-params/1`.
     pub schema: String,
+    /// What the encoder gives a turn, where that is not what the axis file says.
+    pub counts_per_rev: Option<u32>,
     /// Decides the sign source of the compensation.
     pub mechanism: Mechanism,
     /// V.
@@ -202,7 +204,7 @@ pub struct Params {
     pub time_constant_s: Option<Kept>,
     /// What a model tells, by the keys of [`NAMES`](servo::compensate::modelled::NAMES); what is not here stays as it is.
     #[serde(default, skip_serializing_if = "BTreeMap::is_empty")]
-    pub modelled: BTreeMap<String, f64>,
+    pub modelled: BTreeMap<String, Kept>,
     /// The load over the place; nothing: it stays as it is.
     pub position_load: Option<PlaceLoad>,
 }
@@ -215,17 +217,8 @@ impl Params {
         Params { schema: PARAMS_SCHEMA.into(), ..Params::default() }
     }
 
-    /// From a commissioning.
-    pub fn new(commission: &CommissionJson) -> Self {
-        Params::holding(commission.mechanism, &commission.found)
-    }
-
-    /// From the chip's report.
-    pub fn of(report: &EstimatesReport) -> Self {
-        Params::holding(report.mechanism, &report.into())
-    }
-
-    fn holding(mechanism: Mechanism, found: &Found) -> Self {
+    /// From a commissioning, or what a chip has found.
+    pub fn new(mechanism: Mechanism, found: &Found) -> Self {
         let kept = |Number { value, u95, trusted, .. }| Some(Kept { value: value?, u95: u95?, trusted });
         Params {
             mechanism,

@@ -3,15 +3,15 @@
 //! far behind.
 
 use crate::device::motion_profile::Profile;
+use crate::device::place_load::designed;
 use crate::device::waypoints::{self, Knot};
 use serde::Serialize;
-use servo::axis::Axis;
 use servo::axis::design::FEASIBLE;
 use servo::config::Config;
-use servo::control::Tuning;
 use servo::identify::estimate::Estimates;
 use servo::motion::sine::sine_takes;
 use servo::record::Source;
+use servo::store::AxisParameters;
 use servo::units::Voltage;
 use std::f64::consts::PI;
 
@@ -74,15 +74,13 @@ impl Ability {
     /// Of the axis that the firmware designs with this configuration once it knows this. What is only configured is
     /// taken at its most able.
     pub fn of(config: &Config, known: &Estimates) -> Option<Self> {
-        let axis = Axis::with_tuning(config, Tuning::default()).ok()?;
-        let mut state = axis.start();
-        axis.adopt(&mut state, known).ok()?;
-        let design = axis.design(&mut state);
+        let design = designed(&AxisParameters { estimates: *known, ..AxisParameters::new(*config) })?;
+        let scale = config.build().ok()?;
         let motor = design.ablest_motor();
         let nominal = f64::from(config.supply_nominal_v);
-        let per_rad_s = f64::from(axis.scale().counts_per_tick());
+        let per_rad_s = f64::from(scale.counts_per_tick());
         let volts = |voltage: Voltage| f64::from(voltage.0) / f64::from(Voltage::NOMINAL.0) * nominal;
-        let ceiling = servo::axis::design::voltage_limit(axis.scale()).min(Voltage::NOMINAL);
+        let ceiling = servo::axis::design::voltage_limit(&scale).min(Voltage::NOMINAL);
         let available_v = volts(design.voltage_left(ceiling));
         let streamed_v = match design.gain_source {
             Source::None | Source::Configured => available_v,

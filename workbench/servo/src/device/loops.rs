@@ -9,12 +9,13 @@
 //!
 //! The speed's observer is left out: inside its bandwidth it knows the motor and adds no lag.
 
+use crate::device::place_load::designed;
 use nalgebra::Complex;
-use servo::axis::{Axis, Refusal};
 use servo::config::Config;
 use servo::control::{Gains, Tuning};
 use servo::encoder::Motor;
 use servo::identify::estimate::Estimates;
+use servo::store::AxisParameters;
 
 /// Shape of the position loop.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -33,15 +34,12 @@ const STEPS: f64 = 16.0;
 impl LoopShape {
     /// Of the loops that the firmware designs with this configuration and tuning once it knows this; `None`: |L| is never
     /// one.
-    pub fn of(config: &Config, tuning: Tuning, known: &Estimates) -> Result<Option<Self>, Refusal> {
-        let axis = Axis::with_tuning(config, tuning).map_err(|_| Refusal::NotIdentified)?;
-        let mut state = axis.start();
-        axis.adopt(&mut state, known)?;
-        let design = axis.design(&mut state);
+    pub fn of(config: &Config, tuning: Tuning, known: &Estimates) -> Option<Self> {
+        let design = designed(&AxisParameters { tuning, estimates: *known, ..AxisParameters::new(*config) })?;
         let delay = f64::from(config.pwm_delay_ticks);
         let shape = Self::new(&design.motor, &design.loops.gains(), delay);
         let tick_hz = f64::from(config.tick_hz);
-        Ok(shape.map(|shape| Self { crossover_rad_s: shape.crossover_rad_s * tick_hz, ..shape }))
+        shape.map(|shape| Self { crossover_rad_s: shape.crossover_rad_s * tick_hz, ..shape })
     }
 
     /// In units of the control tick.

@@ -1,11 +1,12 @@
 //! What is in force on an axis, key by key: what `truing params get` prints and `set` takes. Keys are those of
 //! `axis.toml`, and four sections more: `loops` for what the user may choose about the loops, `protection` for what the
-//! bridge does about a fault, `identified` for what a commissioning has found, `position_load` for the load over the place.
+//! bridge does about a fault, `identified` for what a commissioning has found and a model tells (`doubted` for what of the latter is
+//! kept and does not act), `position_load` for the load over the place.
 
 use crate::device::commission_report::{Kept, Params};
 use crate::device::link::range_text;
 use crate::device::place_load::PlaceLoad;
-use servo::compensate::modelled::{Modelled, NAMES};
+use servo::compensate::modelled::{Modelled, NAMES, NUMBERS};
 use servo::compensate::position_load::PositionLoad;
 use servo::config::{Config, SETTINGS, Setting, Value};
 use servo::identify::estimate::{EstimatesReport, Reported};
@@ -18,6 +19,8 @@ use truing_core::text::input_error::{InputError, nearest};
 const LOAD: &str = "position_load";
 /// Section of what a commissioning finds and a model tells.
 const IDENTIFIED: &str = "identified.";
+/// Section of what a model tells and is not trusted.
+const DOUBTED: &str = "doubted.";
 /// Unsets an optional number.
 const NONE: &str = "none";
 
@@ -158,8 +161,8 @@ pub fn print(parameters: &AxisParameters) -> String {
     for (name, value) in settings(parameters).chain(others) {
         let _ = writeln!(text, "{name} = {value}");
     }
-    for ([key, ..], value) in modelled(parameters) {
-        let _ = writeln!(text, "{IDENTIFIED}{key} = {value}");
+    for ([key, ..], value, trusted) in modelled(parameters) {
+        let _ = writeln!(text, "{}{key} = {value}", if trusted { IDENTIFIED } else { DOUBTED });
     }
     for fault in Fault::ALL {
         let action = parameters.protection.actions.of(fault);
@@ -246,24 +249,28 @@ pub fn set(parameters: &mut AxisParameters, assignment: &str) -> Result<(), Inpu
     let before = *parameters;
     let row = SETTINGS.iter().find(|row| row.field.name() == name);
     let key = KEYS.iter().find(|key| key.name == name);
-    let told = name.strip_prefix(IDENTIFIED).and_then(|name| NAMES.iter().position(|it| it[0] == name));
+    let section = if name.starts_with(DOUBTED) { DOUBTED } else { IDENTIFIED };
+    let told = name.strip_prefix(section).and_then(|key| NAMES.iter().position(|it| it[0] == key));
     let done = match (row, key, told) {
         (Some(row), ..) => put(&mut parameters.config, row, value),
         (_, Some(key), _) => (key.set)(parameters, value),
-        (.., Some(at)) => value.parse().ok().and_then(|value| tell(parameters, at, value)),
+        (.., Some(at)) => {
+            value.parse().ok().and_then(|value| tell(parameters, at, value, section == IDENTIFIED))
+        }
         _ => return Err(no_key(name)),
     };
-    let most = told.map(|at| format!("at most {:.3}", Modelled::most(&before.config)[at]));
-    let most = most.unwrap_or("true or false".into());
+    let most = |at| format!("at most {:.3}", Modelled::most(&before.config)[at]);
+    let most = told.map_or("true or false".into(), most);
     let wrong = || InputError(format!("`{value}` is no value of {name}; write a number, {most}"));
     done.ok_or_else(wrong)?;
     if units(&before.config) != units(&parameters.config)
         && let Some(report) = estimates(&before)
     {
         // A volt stays a volt when the units of the estimates change.
-        parameters.estimates = Params::of(&report).estimates(&parameters.config);
-        let values = before.modelled.values(&before.config).into_iter().enumerate();
-        values.for_each(|(at, value)| tell(parameters, at, value).unwrap_or_default());
+        parameters.estimates = Params::new(report.mechanism, &(&report).into()).estimates(&parameters.config);
+        for (at, value) in before.modelled.values(&before.config).into_iter().enumerate() {
+            tell(parameters, at, value, parameters.modelled.trusts(at)).unwrap_or_default();
+        }
     }
     Ok(())
 }
@@ -282,21 +289,25 @@ fn units(config: &Config) -> (f32, f32, u32) {
     (config.supply_nominal_v, config.rated_speed_rad_s, config.tick_hz)
 }
 
-/// What a model has told of an axis: key, name and unit, value.
-pub fn modelled(of: &AxisParameters) -> impl Iterator<Item = ([&'static str; 3], f32)> {
-    NAMES.into_iter().zip(of.modelled.values(&of.config)).filter(|(_, value)| *value != 0.0)
+/// What a model has told of an axis: key, name and unit; value; whether it acts.
+pub fn modelled(of: &AxisParameters) -> impl Iterator<Item = ([&'static str; 3], f32, bool)> {
+    let values = of.modelled.values(&of.config);
+    let told = (0..NUMBERS).map(move |at| (NAMES[at], values[at], of.modelled.trusts(at)));
+    told.filter(|(_, value, _)| *value != 0.0)
 }
 
-fn tell(of: &mut AxisParameters, at: usize, value: f32) -> Option<()> {
-    of.modelled.with(at, value, &of.config).map(|told| of.modelled = told)
+fn tell(of: &mut AxisParameters, at: usize, value: f32, trusted: bool) -> Option<()> {
+    of.modelled.with(at, value, trusted, &of.config).map(|told| of.modelled = told)
 }
 
 /// Numbers of `params.toml` put in force; of the load over the place as much as the chip allows.
 pub fn adopt(parameters: &mut AxisParameters, params: &Params) -> Result<(), InputError> {
+    parameters.config.counts_per_rev = params.counts_per_rev.unwrap_or(parameters.config.counts_per_rev);
     let estimates = params.estimates(&parameters.config);
     parameters.estimates.merge(&estimates);
-    for (name, value) in &params.modelled {
-        set(parameters, &format!("{IDENTIFIED}{name}={value}"))?;
+    for (name, told) in &params.modelled {
+        let section = if told.trusted { IDENTIFIED } else { DOUBTED };
+        set(parameters, &format!("{section}{name}={}", told.value))?;
     }
     let Some(mut load) = params.position_load.clone() else { return Ok(()) };
     load.fit(&parameters.config);

@@ -100,7 +100,7 @@ pub fn stiff_enough(of: &AxisParameters) -> f32 {
     let follows =
         1.0 - f32::from(of.position_load.rest(design.loops.per_count())) / f32::from(1u16 << SHARE_BITS);
     let late_ticks =
-        f32::from(of.config.pwm_delay_ticks) + 0.5 + f32::from(of.modelled.lag) / ONE_TICK as f32;
+        f32::from(of.config.pwm_delay_ticks) + 0.5 + f32::from(of.modelled.acting().lag) / ONE_TICK as f32;
     let most = (MOST_PHASE * design.motor.tau_ticks / late_ticks).min(Tuning::BANDWIDTHS.1);
     // The stiffness grows with the square.
     (of.tuning.bandwidth / follows.sqrt()).min(most).max(of.tuning.bandwidth)

@@ -16,6 +16,7 @@ pub static ENCODER_SCALE: Effect = Effect {
     form: Form::Absorbed,
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Slope)),
     relations: Relations { multiplies: Some(Multiplies::Chain("encoder_scale")), ..Relations::NONE },
+    on_chip: OnChip::Known,
     apply: |p, plant| plant.sensor_scale *= p[0],
     ..Effect::USUAL
 };

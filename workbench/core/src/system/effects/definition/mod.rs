@@ -118,7 +118,7 @@ pub enum Form {
 /// What the firmware's compensator and loops can do with an effect or a parameter.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum OnChip {
-    /// It becomes part of a dead zone, a saturation, the gain or the time constant, or the measured supply takes it up.
+    /// It becomes part of a number on the chip, or the measured supply takes it up.
     Known,
     /// The firmware has no number for it.
     Unknown,
