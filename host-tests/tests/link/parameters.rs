@@ -335,7 +335,7 @@ fn the_scale_of_the_encoder_becomes_counts_per_turn() {
     assert_eq!(params.counts_per_rev, Some(2000));
     assert!((params.gain_rad_s_per_v.expect("a gain").value - 20.0).abs() < 1e-9);
     assert!(
-        export.remarks.iter().any(|it| it.contains("encoder.counts_per_rev=2000")),
+        export.remarks.iter().any(|it| it.contains("encoder.counts_per_rev should be 2000 ± 8 (95 %)")),
         "{:?}",
         export.remarks
     );

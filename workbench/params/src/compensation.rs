@@ -61,19 +61,19 @@ impl Export {
 
 const LEFT_OUT: &str = "not compensated by the firmware";
 
-/// Counts that the encoder gives a turn, where a model is sure that they are not what the axis file says.
-pub fn counts_per_rev(model: &Model, config: &Config) -> Option<u32> {
+/// Counts that the encoder gives a turn and their half width (95 %), where a model is sure that they are not what the axis file says.
+fn counts_per_rev(model: &Model, config: &Config) -> Option<[u32; 2]> {
     let known = model.known.iter().find(|known| known.effect.name == ENCODER_SCALE.name)?;
     let named = unsure(known.effect.name, model.standing(known.effect.name)).is_none();
-    let (ratio, std) = (known.values[0], known.stds[0].unwrap_or(0.0));
-    let counts = (f64::from(config.counts_per_rev) * ratio).round() as u32;
-    (named && U95 * std < waves::TRUST_LIMIT * (ratio - 1.0).abs()).then_some(counts)
+    let (ratio, u95) = (known.values[0], U95 * known.stds[0].unwrap_or(0.0));
+    let counts = [ratio, u95].map(|it| (f64::from(config.counts_per_rev) * it).round() as u32);
+    (named && u95 < waves::TRUST_LIMIT * (ratio - 1.0).abs()).then_some(counts)
 }
 
 /// As [`from_model`], for an axis whose counts a turn are corrected with it.
 pub fn corrected(model: &Model, config: &Config) -> Result<Export, InputError> {
     let export = from_model(model, config)?;
-    let Some(counts_per_rev) = counts_per_rev(model, config) else { return Ok(export) };
+    let Some([counts_per_rev, _]) = counts_per_rev(model, config) else { return Ok(export) };
     let mut model = Model { encoder: None, ..model.clone() };
     model.known.retain(|known| known.effect.name != ENCODER_SCALE.name);
     let params = from_model(&model, &Config { counts_per_rev, ..*config })?.params;
@@ -89,7 +89,7 @@ pub fn from_model(model: &Model, config: &Config) -> Result<Export, InputError> 
     finite.then_some(()).ok_or_else(why)?;
     let supply_v = f64::from(config.supply_nominal_v);
     let mut remarks = left_out(model);
-    let counts = |it| format!("left to you: encoder.counts_per_rev={it}, for no encoder shows its own scale");
+    let counts = |[it, u95]: [u32; 2]| format!("encoder.counts_per_rev should be {it} ± {u95} (95 %)");
     remarks.extend(counts_per_rev(model, config).map(counts));
     if value.told[BREAKAWAY[1]] > NEAR_STANDSTILL * supply_v {
         remarks.push(format!("{LEFT_OUT}: friction that falls over so much of the speed"));
