@@ -23,6 +23,10 @@ const SLOW: f64 = 1e-4;
 /// the 12 that a name must bring; not studied.
 const NEGLIGIBLE: f64 = 0.02;
 
+/// Part of a step of a derivative where a cost is rugged: whole ones bend each by itself, so that numbers that can be traded for each other
+/// (Kt, J and b) seem to be seen. Origin: of the 95 % intervals of 102 base parameters in 17 drawn cases with teeth 95 hold the truth with
+/// whole steps, 97 with a hundredth, 98 with a thousandth.
+const RUGGED: f64 = 0.01;
 /// The largest residual, in standard deviations. Chosen by judgement; not studied.
 const FAR: f64 = 1e6;
 
@@ -60,12 +64,14 @@ pub struct Evaluator<'h, 'a> {
     hypothesis: &'h Hypothesis<'a>,
     parts: &'static [Part],
     finest: f64,
+    /// Part of the steps of derivatives that is taken.
+    step: f64,
 }
 
 impl<'h, 'a> Evaluator<'h, 'a> {
     /// For a hypothesis.
     pub fn new(hypothesis: &'h Hypothesis<'a>, setting: &Setting) -> Self {
-        Self { hypothesis, parts: setting.parts, finest: setting.finest }
+        Self { hypothesis, parts: setting.parts, finest: setting.finest, step: 1.0 }
     }
 
     /// Weighted residuals of another plant than that of the numbers, and their priors.
@@ -141,7 +147,7 @@ impl Problem for Evaluator<'_, '_> {
     }
 
     fn step(&self, slot: usize) -> f64 {
-        self.hypothesis.step(slot)
+        self.step * self.hypothesis.step(slot)
     }
 
     /// The base and the start speeds bend little.
@@ -188,7 +194,8 @@ fn fitted(hypothesis: &Hypothesis, solution: Solution) -> Fit {
 /// Covariance of the numbers at a fit, priors included; zero where it is singular.
 pub fn covariance(hypothesis: &Hypothesis, fit: &Fit, setting: &Setting) -> DMatrix<f64> {
     let numbers = fit.x.len();
-    let mut evaluator = Evaluator::new(hypothesis, setting);
+    let step = if hypothesis.is_rugged() { RUGGED } else { 1.0 };
+    let mut evaluator = Evaluator { step, ..Evaluator::new(hypothesis, setting) };
     let found = solver::covariance(&mut evaluator, &fit.x, |_, information| 1e-12 * (1.0 + information));
     found.unwrap_or_else(|| DMatrix::zeros(numbers, numbers))
 }

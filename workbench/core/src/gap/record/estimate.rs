@@ -62,20 +62,19 @@ pub fn estimates(kept: &Scored, uncertainty: &Uncertainty) -> Vec<Estimates> {
 /// What the numbers of a set are uncertain by.
 #[derive(Clone, Debug)]
 pub struct Uncertainty {
-    /// Its diagonal is the variance of each number, in units of its scale; of effects with what they scatter by between hollows of a
-    /// rugged cost.
+    /// Its diagonal is the variance of each number, in units of its scale, with what it scatters by between hollows of a rugged cost.
     covariance: DMatrix<f64>,
 }
 
 impl Uncertainty {
-    /// Of a fitted set. With a rugged cost it takes ten fits.
+    /// Of a fitted set. With a rugged cost it takes a fit for each number.
     pub fn of(kept: &Scored) -> Self {
         let covariance = || {
             let factor = dispersion(kept);
             (factor, spread(kept, factor))
         };
         let ((factor, mut covariance), scatter) = join(covariance, || scatter(kept));
-        for (slot, scatter) in scatter.iter().enumerate().take(kept.hypothesis.effect_slots()) {
+        for (slot, scatter) in scatter.iter().enumerate() {
             covariance[(slot, slot)] += scatter;
         }
         for (index, item) in kept.hypothesis.items.iter().enumerate() {

@@ -17,9 +17,6 @@ use crate::gap::order::by_least;
 use crate::system::effects::{Effect, Starts};
 use crate::system::threads::*;
 use nalgebra::DVector;
-use rand::SeedableRng;
-use rand_chacha::ChaCha8Rng;
-use rand_distr::{Distribution, StandardNormal};
 
 /// Simulations that CMA-ES may spend on the parameters of one effect, those of the base following linearly. A budget
 /// of computing time, chosen by judgement: a hundred for each of its up to three parameters.
@@ -38,9 +35,10 @@ const NEAR: f64 = 0.25;
 /// Initial relative standard deviation of the parameters of the other effects of the set: the fit before has placed
 /// them. Chosen by judgement; not studied.
 const OTHERS: f64 = 0.02;
-/// Fits that look for other local minima beside the one that was found; their scatter widens the intervals. A budget
-/// of computing time, chosen by judgement.
-const HOLLOWS: usize = 10;
+/// How far away another hollow is looked for, in those standard deviations: a base parameter moves by nearly its tolerance, and the
+/// numbers of teeth by three quarters of what their grid leaves open. Origin: in 17 drawn cases with teeth 45 of 50 intervals (95 %) of
+/// effects hold the truth with 1, and 48 with 3. Without what lies higher it were 34, and 71 of 102 of base parameters instead of 97.
+const APART: f64 = 3.0;
 /// An evolution ends when the costs of a generation differ by less than this part. Chosen by judgement; not studied.
 const TOGETHER: f64 = 1e-3;
 /// Evolutions of all numbers, one after the other, as multiples of those standard deviations: a narrow one ends in
@@ -92,7 +90,7 @@ impl<'a> Search<'a, '_> {
     /// that helps.
     pub(super) fn settled(&self, mut scored: Scored<'a>) -> Scored<'a> {
         for (seed, width) in WIDTHS.into_iter().enumerate() {
-            if !rugged(&scored) || at_floor(&scored) {
+            if !scored.hypothesis.is_rugged() || at_floor(&scored) {
                 break;
             }
             let made = evolved_whole(&scored, seed as u64, width);
@@ -103,12 +101,6 @@ impl<'a> Search<'a, '_> {
         }
         scored
     }
-}
-
-/// True if a set holds an effect whose cost is rugged.
-fn rugged(scored: &Scored) -> bool {
-    let mut items = scored.hypothesis.items.iter();
-    items.any(|item| spread(item.effect).is_some())
 }
 
 /// All numbers of a set, evolved and fitted again.
@@ -127,30 +119,30 @@ fn evolved_whole(scored: &Scored, seed: u64, width: f64) -> Fit {
     fit(hypothesis, &place(&best), &SEARCH)
 }
 
-/// Squared distance of the hollows beside the one in which a set with a rugged effect was fitted, on average: what its
-/// numbers are uncertain by besides their covariance, which knows one hollow only. Hollows count if no name could
-/// depend on their difference, or if what they leave is of the size of what this one leaves.
+/// Squared distances of hollows beside the one in which a set with a rugged effect was fitted: what its numbers are uncertain by besides
+/// their covariance, which knows one hollow only. Each is found by a fit from a place where one number has moved. It counts whole if no
+/// name could depend on the difference, or if what it leaves is of the size of what this one leaves. Of a higher one the part counts by
+/// which a funnel that rises with the square of the distance is lower where the truth may lie.
 pub fn scatter(scored: &Scored) -> Vec<f64> {
     let mut sums = vec![0.0; scored.fit.x.len()];
     let hypothesis = &scored.hypothesis;
-    if !rugged(scored) {
+    if !hypothesis.is_rugged() {
         return sums;
     }
-    let mut random = ChaCha8Rng::seed_from_u64(0);
-    let mut begin = || -> Vec<f64> {
+    let begin = |k: usize| -> Vec<f64> {
         let moved = scored.fit.x.iter().enumerate();
-        moved.map(|(k, x)| moved_by(hypothesis, k, *x, StandardNormal.sample(&mut random))).collect()
+        moved.map(|(at, x)| if at == k { moved_by(hypothesis, k, *x, APART) } else { *x }).collect()
     };
-    let begins: Vec<Vec<f64>> = (0..HOLLOWS).map(|_| begin()).collect();
+    let starts = |k: &usize| matches!(hypothesis.slots[*k], Slot::Start { .. });
+    let begins: Vec<Vec<f64>> = (0..sums.len()).filter(|k| !starts(k)).map(begin).collect();
     let nearest = Setting { iterations: SEARCH.iterations / 2, ..SEARCH };
     let centre = fit(hypothesis, &scored.fit.x, &nearest);
     let fits = of_each(&begins, |x| fit(hypothesis, x, &nearest));
     let samples = centre.samples as f64;
     let alike_within = (VISIBLE * VISIBLE * samples).max(centre.chi2 - samples);
-    let alike = |it: &&Fit| it.cost < centre.cost + alike_within;
-    let alike: Vec<&Fit> = fits.iter().filter(alike).collect();
-    for it in &alike {
-        let distances = it.x.iter().zip(&scored.fit.x).map(|(a, b)| (a - b).powi(2) / alike.len() as f64);
+    for it in &fits {
+        let part = alike_within / alike_within.max(it.cost - centre.cost);
+        let distances = it.x.iter().zip(&scored.fit.x).map(|(a, b)| (a - b).powi(2) * part);
         sums.iter_mut().zip(distances).for_each(|(sum, distance)| *sum += distance);
     }
     sums

@@ -10,7 +10,7 @@ pub use item::{Freedom, Item};
 pub use record::{is_open, tolerance};
 
 use crate::gap::dataset::{Dataset, Scales};
-use crate::system::effects::{Effect, Parameter, Scale};
+use crate::system::effects::{Effect, Parameter, Scale, Starts};
 use crate::system::model::{KT, Kind, Model};
 use crate::system::plant::physics::Physics;
 
@@ -111,6 +111,11 @@ impl<'a, D: Data> Hypothesis<'a, D> {
     /// The same with one item more.
     pub fn with_more(&self, item: Item) -> Self {
         self.with([&self.items[..], &[item]].concat())
+    }
+
+    /// Does it hold an effect whose cost is rugged?
+    pub fn is_rugged(&self) -> bool {
+        self.items.iter().any(|item| matches!(item.effect.starts, Starts::Rugged(..)))
     }
 
     /// Number of effect parameters: they come first.
