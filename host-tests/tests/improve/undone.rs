@@ -146,6 +146,10 @@ fn the_play_of_a_gear_is_told_and_left_to_the_user() {
     base.modelled.play = 7;
     let (set, remarks) = candidate::candidate(&play, &base, None).expect("a set");
     assert_eq!(set.modelled.play, 7);
+    // One that is doubted does not begin to act.
+    base.modelled.doubted = u8::MAX;
+    let (set, _) = candidate::candidate(&play, &base, None).expect("a set");
+    assert_eq!(set.modelled.acting().play, 0);
     assert!(remarks.iter().any(|it| it.contains("identified.backlash_rad=0.05000")), "{remarks:?}");
 }
 

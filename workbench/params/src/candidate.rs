@@ -102,7 +102,7 @@ pub fn candidate(
     let (mut remarks, mut params, play) = (export.remarks, export.params, NAMES[PLAY][0]);
     let way = |it: Kept| format!("left to you: identified.{play}={:.5}, for moves down", it.value);
     remarks.extend(params.modelled.remove(play).map(way));
-    let modelled = Modelled { play: base.modelled.play, ..Modelled::default() };
+    let modelled = Modelled { play: base.modelled.acting().play, ..Modelled::default() };
     let position_load = PositionLoad::default();
     let mut candidate = AxisParameters { compensation: true, modelled, position_load, ..*base };
     adopt(&mut candidate, &params)?;
