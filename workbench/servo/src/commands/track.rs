@@ -9,7 +9,7 @@ use crate::device::run_log::RunLog;
 use crate::device::session::{Done, SessionResult, Task};
 use crate::device::tracking::{Learned, TrackJson};
 use anyhow::bail;
-use clap::{Args, builder::BoolishValueParser};
+use clap::Args;
 use std::path::PathBuf;
 use truing_report::console::interrupt;
 use truing_report::report::write_atomically;
@@ -30,8 +30,8 @@ pub struct Arguments {
     #[arg(long)]
     pub profile: String,
     /// Use the inverse dead zone. Without it: as `loops.compensation` of the axis file says, on by default.
-    #[arg(long, value_name = "on|off", value_parser = BoolishValueParser::new())]
-    pub compensation: Option<bool>,
+    #[arg(long, value_parser = ["on", "off"])]
+    pub compensation: Option<String>,
     /// If the motion takes more voltage than is left, scale it so that it fits: a sine's amplitude, the times of a file.
     #[arg(long)]
     pub fit: bool,
@@ -55,7 +55,7 @@ pub fn run(arguments: &Arguments) -> anyhow::Result<()> {
     let setup = firmware.axis_file.read()?;
     let config = setup.config;
     let chosen = setup.choices.loops.compensation.unwrap_or(true);
-    let compensation = arguments.compensation.unwrap_or(chosen);
+    let compensation = arguments.compensation.as_ref().map_or(chosen, |it| it == "on");
     let motion = profile::task(&arguments.profile, compensation, &config)?;
     if !arguments.fit {
         knowledge.allows(&motion, &config)?;

@@ -170,7 +170,7 @@ impl Number {
 
 /// One number of `params.toml`.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[serde(deny_unknown_fields)]
+#[serde(deny_unknown_fields, expecting = "a table with value, u95 and trusted")]
 pub struct Kept {
     /// In the unit of its name.
     pub value: f64,
