@@ -6,7 +6,7 @@ use truing::cli;
 use truing::gap::{self, Options};
 use truing::synthetic::cases::hidden::KINDS;
 use truing::synthetic::cases::outside::OUTSIDERS;
-use truing::synthetic::cases::{Set, Spec, draw, rms_difference};
+use truing::synthetic::cases::{Case, Set, Spec, draw, rms_difference};
 use truing::system::effects::LIBRARY;
 
 fn spec(set: Set) -> Spec {
@@ -61,6 +61,27 @@ fn pairs_and_triples_are_visible_and_outsiders_plainly() {
     for seed in 0..4 {
         assert!(draw(&spec(Set::Outside), seed).answer.outside.is_some());
     }
+}
+
+/// Beside a model that is a fit no share shows a winding that heats; where a set reaches the noise, it is named all the same.
+#[test]
+fn what_reaches_the_noise_is_named_beside_a_fit_too() {
+    let cases = (0..400).map(|seed| draw(&Spec::new(Set::Single), seed));
+    let heats = |case: &Case| {
+        let hidden = &case.answer.hidden[0];
+        hidden.name == "thermal_resistance" && hidden.visibility > 8.0
+    };
+    let heating: Vec<Case> = cases.filter(heats).take(4).collect();
+    let named = heating.iter().filter(|case| {
+        let model = case.model.replacen("[model]", "[model]\nfitted_to_log = true", 1);
+        let files = opened(&Case { model, ..(*case).clone() }).unwrap();
+        let outcome =
+            gap::run(&files.model, &files.log, &[files.holdout], &Options::default(), &|_| {}).unwrap();
+        outcome.effects.iter().map(|effect| effect.name.as_str()).eq(["thermal_resistance"])
+    });
+    // Where another effect removes a large share far from the noise, it stands.
+    let named = named.count();
+    assert!(heating.len() == 4 && named >= 3, "{named}");
 }
 
 #[test]

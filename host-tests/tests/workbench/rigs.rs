@@ -144,28 +144,30 @@ fn the_grade_says_how_much_the_names_explain() {
     assert!(left(&outrunner) > 0.5 && left(&drive) < 0.5);
 }
 
-/// A model that is the best linear fit to its log is judged as one although its file does not say so; one that is not, is not.
+/// A rough model whose file does not say so is read as one, as long as nobody vouches for its numbers.
 #[test]
-fn a_model_that_its_log_moves_nowhere_is_read_as_a_fit() {
+fn numbers_that_nobody_vouches_for_are_fitted_freely_where_nothing_explains_a_log() {
     let said = |name: &str, change: &dyn Fn(String) -> String| {
         let (_, log, holdout) = opened(name);
         let text = std::fs::read_to_string(folder().join(name).join("model.toml")).unwrap();
         let model = model::parse("model.toml", &change(text)).unwrap();
         let outcome = gap::run(&model, &log, &[holdout], &Options::default(), &|_| {}).unwrap();
-        (names(&outcome), outcome.notes.iter().any(|note| note.contains("it is a fit to the log")))
+        (names(&outcome), outcome.notes.iter().any(|note| note.contains("does not state how well")))
     };
     let unsaid = |text: String| text.replace("fitted_to_log = true\n", "");
-    for rig in ["frc501_drive", "thomas_drive"] {
-        let (told, note) = said(rig, &|text| text);
-        assert!(!told.is_empty() && !note);
-        assert_eq!(said(rig, &unsaid), (told, true), "{rig}");
-    }
     let quicker = |text: String| {
         let line = text.lines().find(|line| line.starts_with("time_constant_s = ")).unwrap();
         let value: f64 = line.split(" = ").nth(1).unwrap().parse().unwrap();
-        unsaid(text.replace(line, &format!("time_constant_s = {}", 0.8 * value)))
+        unsaid(text.replace(line, &format!("time_constant_s = {}", 0.7 * value)))
     };
-    assert!(!said("frc501_drive", &quicker).1);
+    for rig in ["frc501_drive", "thomas_drive"] {
+        let (told, note) = said(rig, &|text| text);
+        assert!(!told.is_empty() && !note);
+        assert_eq!(said(rig, &unsaid), (told.clone(), true), "{rig}");
+        assert_eq!(said(rig, &quicker), (told, true), "{rig}");
+        let stated = |text: String| quicker(text) + "\n[tolerance]\ndefault = 0.05\n";
+        assert!(!said(rig, &stated).1, "{rig}");
+    }
 }
 
 /// Each speed of this map answers the input of the row before; read a row off, it had a sensor's offset and two different sides.

@@ -61,7 +61,7 @@ impl Suspect {
         let swapped = if self.swapped { Some(motion.swapped()?) } else { None };
         let best = swapped.as_ref().unwrap_or(motion).near(base, self.rate)?;
         // Numbers of a data sheet may be off together, but by a tenth a unit is not in doubt. Judgement; not studied.
-        let margin = NEAR + model.default_tolerance.min(0.1);
+        let margin = NEAR + model.tolerance("default").min(0.1);
         let meant = Base { slope: base.slope * self.slope, rate: base.rate * self.rate };
         let gain = best.gain_over(&meant);
         (gain > 0.0 && (self.any_size || gain.ln().abs() < margin)).then_some(best.explained)

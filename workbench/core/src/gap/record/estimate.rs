@@ -207,7 +207,7 @@ pub fn indistinct(kept: &Scored, uncertainty: &Uncertainty) -> Option<usize> {
 /// A dataset whose weights hold the error of a set that leaves several times the noise. Those of a fitted model are one already.
 pub fn eased(kept: &Scored) -> Option<Dataset> {
     let hypothesis = &kept.hypothesis;
-    let coarse = !hypothesis.model.fitted_to_log && kept.fit.chi2 > BEYOND_NOISE * kept.fit.samples as f64;
+    let coarse = !hypothesis.model.by_shares && kept.fit.chi2 > BEYOND_NOISE * kept.fit.samples as f64;
     let start = |run: usize| hypothesis.start_speed(run, &kept.fit.x);
     coarse.then(|| hypothesis.dataset.eased(&kept.plant(), start))
 }

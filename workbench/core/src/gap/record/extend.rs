@@ -179,7 +179,7 @@ fn predicted(last: &Last, model: &Model, kept: &Scored) -> HoldOut {
 
 /// What the held-out records had to say about the names of a model that is a fit to the log.
 fn vetoed(model: &Model, found: &Found) -> Vec<String> {
-    let chosen = model.fitted_to_log && !found.best.hypothesis.items.is_empty();
+    let chosen = model.by_shares && !found.best.hypothesis.items.is_empty();
     let told = "the held-out records had a veto: a name stays only if every one of them is predicted better with it. A further record given with --final is only predicted";
     chosen.then(|| told.to_owned()).into_iter().collect()
 }

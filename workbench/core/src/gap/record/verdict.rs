@@ -64,7 +64,7 @@ const CONFIRMED: f64 = 10.0;
 pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Judged<'a> {
     let (whole, Supported { found: supported, uncertainty, tiny }) = (found, supported(found));
     let found = supported.as_ref().unwrap_or(found);
-    if given.hypothesis.model.fitted_to_log && !found.best.hypothesis.items.is_empty() {
+    if given.hypothesis.model.by_shares && !found.best.hypothesis.items.is_empty() {
         return Judged { tiny, ..by_shares(found, uncertainty, given, limits) };
     }
     // What small names explain alone is no gap.

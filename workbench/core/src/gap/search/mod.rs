@@ -68,7 +68,7 @@ pub fn search<'a>(dataset: &'a Dataset, model: &'a Model, given: &Options, progr
         dispersion: dispersion(&base),
         expanded: Vec::new(),
     };
-    if model.fitted_to_log {
+    if model.by_shares {
         return search.by_shares(base);
     }
     let usual = search.clone().full_search(base.clone());
@@ -143,7 +143,9 @@ impl<'a> Search<'a, '_> {
     }
 
     fn offers(&self, parent: &Scored, effect: &'static Effect) -> bool {
+        // The numbers of a fit hold what their own names would.
         effect.on_records()
+            && !(self.model.fitted_to_log && effect.is_scale())
             && !self.excludes(effect)
             && self.offers_form(effect.form)
             && parent.hypothesis.admits(effect)

@@ -68,7 +68,7 @@ const TIED_SHARE: f64 = 0.1;
 /// Sets that the data cannot tell from the best.
 pub fn tied<'s, 'a>(best: &Scored<'a>, others: &'s [Scored<'a>]) -> Vec<&'s Scored<'a>> {
     let margin = acceptance::tied(dispersion(best));
-    let alike = best.hypothesis.model.fitted_to_log.then(|| near(best, 1.0 + TIED_SHARE, 1.0 + TIED_SHARE));
+    let alike = best.hypothesis.model.by_shares.then(|| near(best, 1.0 + TIED_SHARE, 1.0 + TIED_SHARE));
     let tied = |other: &&Scored| {
         other.fit.cost - best.fit.cost < margin && alike.as_ref().is_none_or(|alike| alike(other))
     };

@@ -153,9 +153,7 @@ pub struct Model {
     pub constant: Option<&'static str>,
     /// Turns of the encoder's shaft per turn of the load.
     pub gear_ratio: f64,
-    /// Tolerance of parameters that are not in `tolerances`.
-    pub default_tolerance: f64,
-    /// Relative tolerances (1 σ) by key.
+    /// Relative tolerances (1 σ) by key; `default`: that of every other one.
     pub tolerances: BTreeMap<String, f64>,
     /// Nominal supply, V.
     pub supply_nominal_v: Option<f64>,
@@ -173,6 +171,8 @@ pub struct Model {
     pub unnamed: Vec<Unnamed>,
     /// True: the values are the best linear fit to the log and are refitted together with any effect.
     pub fitted_to_log: bool,
+    /// True: names are asked for by shares of the gap, and not by the noise. As the file says, until a search asks the other way.
+    pub by_shares: bool,
     /// Every key whose value is a text, as (section, key, value): kept, and written again.
     pub texts: Vec<(String, String, String)>,
     /// What the file holds and the program does not use, for the reader of a report.
@@ -225,9 +225,16 @@ impl Model {
         self.kind.set(key, value);
     }
 
-    /// Relative tolerance (1 σ) of a base parameter.
+    /// Relative tolerance (1 σ) of a base parameter; `default`: of one that has none of its own.
     pub fn tolerance(&self, key: &str) -> f64 {
-        self.tolerances.get(key).copied().unwrap_or(self.default_tolerance)
+        let stated = self.tolerances.get(key).or_else(|| self.tolerances.get("default"));
+        stated.copied().unwrap_or(DEFAULT_TOLERANCE)
+    }
+
+    /// True if the file says how well each number of the base is known.
+    pub fn weighs_its_numbers(&self) -> bool {
+        let stated = |key: &str| self.tolerances.contains_key(key);
+        stated("default") || self.parameters().iter().all(|(key, _)| stated(key))
     }
 
     /// The key under which the file states a number: of one motor constant the one that it has.

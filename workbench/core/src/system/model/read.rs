@@ -7,7 +7,7 @@ use super::keys::UNNAMED;
 use super::section::Section;
 use super::table::{self, KINDS};
 use super::unnamed::Unnamed;
-use super::{DEFAULT_TOLERANCE, Encoder, KE, KT, Kind, Known, Model, Sensors, Side, SpeedSensor, VISCOUS_V};
+use super::{Encoder, KE, KT, Kind, Known, Model, Sensors, Side, SpeedSensor, VISCOUS_V};
 use crate::system::effects::{self, LIBRARY};
 use crate::text::input_error::{InputError, nearest};
 use std::collections::BTreeMap;
@@ -27,7 +27,9 @@ pub fn parse_draft(source: &str, text: &str) -> Result<Draft, InputError> {
     let base = Base::of(&file, &root);
     let (kind, unknown) = base.kind(kind.unwrap_or("dc_motor"));
     let linear = matches!(kind, Kind::Inertia { linear: true, .. });
-    let (default_tolerance, mut tolerances) = tolerances(&file.section(&root, "tolerance"));
+    let stated = file.section(&root, "tolerance");
+    let number = |key: &String| Some((key.clone(), stated.number(key)?));
+    let mut tolerances: BTreeMap<String, f64> = stated.table.keys().filter_map(number).collect();
     let constant = base.constant();
     if let (Some(KE), Some(own)) = (constant, tolerances.get(KE).copied()) {
         tolerances.entry(KT.into()).or_insert(own);
@@ -39,7 +41,6 @@ pub fn parse_draft(source: &str, text: &str) -> Result<Draft, InputError> {
         kind,
         constant,
         gear_ratio: base.number("gear_ratio").unwrap_or(1.0),
-        default_tolerance,
         tolerances,
         supply_nominal_v: supply.number("nominal_v"),
         supply_limit_v: supply.number("limit_v"),
@@ -49,6 +50,7 @@ pub fn parse_draft(source: &str, text: &str) -> Result<Draft, InputError> {
         known: file.known(&root, linear),
         unnamed: file.all_unnamed(&root),
         fitted_to_log: fitted_to_log(&file, &root),
+        by_shares: fitted_to_log(&file, &root),
         texts: texts("", &root),
         notes: Vec::new(),
     };
@@ -258,13 +260,6 @@ impl<'a> File<'a> {
 fn fitted_to_log(file: &File, root: &Table) -> bool {
     let outside = root.get("fitted_to_log").and_then(Value::as_bool);
     file.section(root, "model").flag("fitted_to_log").or(outside).unwrap_or(false)
-}
-
-fn tolerances(section: &Section) -> (f64, BTreeMap<String, f64>) {
-    let numbers = section.table.keys().filter_map(|key| Some((key.clone(), section.number(key)?)));
-    let mut by_key: BTreeMap<String, f64> = numbers.collect();
-    let default = by_key.remove("default").unwrap_or(DEFAULT_TOLERANCE);
-    (default, by_key)
 }
 
 /// Every text of a table and of those in it, each with its section.

@@ -98,7 +98,7 @@ pub const KEYS: &[Key] = keys! {
     [""] "id" ALL Text, "", Ignored("none"), "A name for the rig.", "id = \"bench 3\"";
     [""] "description" ALL Text, "", Ignored("none"), "What the rig is.", "description = \"12 V gearmotor on a bench\"";
     ["model"] "kind" ALL Choice(&KINDS), "", Default("`dc_motor`"), "Which equation the model has.", "kind = \"first_order\"";
-    ["model"] "fitted_to_log" ALL Flag, "", Default("false"), "The numbers are a fit or a guess: they are refitted freely, and names are judged by the share of the gap that they remove. Where nothing explains a log, numbers that it moves nowhere are taken as a fit.", "fitted_to_log = true";
+    ["model"] "fitted_to_log" ALL Flag, "", Default("false"), "The numbers are a fit or a guess: they are refitted freely, and names are judged by the share of the gap that they remove, where none reaches the noise. The same is done where no tolerance is stated and nothing explains a log.", "fitted_to_log = true";
     ["model"] "equation" ALL Text, "", Ignored("none"), "The equation in words, for a reader.", "equation = \"T dw/dt + w = K u\"";
     ["model"] "source" ALL Text, "", Ignored("none"), "Where the numbers come from, for a reader.", "source = \"data sheet of 2019\"";
     ["motor"] "R_ohm" DC Positive, "Ω", Fitted, "Resistance of winding, brushes, leads and bridge.", "R_ohm = 2.2";

@@ -185,9 +185,9 @@ fn known_slots(model: &Model) -> Vec<Slot> {
                 spec.meaning == Meaning::PeriodsPerTurn || (value == 0.0 && it.stds[parameter].is_none());
             let free = spec.meaning == Meaning::AtStart;
             let default = if spec.meaning == Meaning::Phase {
-                model.default_tolerance
+                model.tolerance("default")
             } else {
-                model.default_tolerance * value.abs()
+                model.tolerance("default") * value.abs()
             };
             let std = if free { spec.upper } else { it.stds[parameter].unwrap_or(default) };
             if free || !fixed && std > 0.0 {
