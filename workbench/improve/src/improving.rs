@@ -37,7 +37,7 @@ const EXPERIMENTS: usize = 2;
 
 const NO_NAME: &str =
     "what is left has no name in the library, and nothing is compensated that is not understood";
-const NO_GAIN: &str = "nothing that was tried follows better than what is in force";
+const NO_GAIN: &str = "no other numbers that were tried follow better than those in force";
 const NOISE: &str = "model and motor differ by noise alone";
 const FLOOR: &str = "the motor follows to a count of its encoder";
 const SLOW: &str = "the motor comes to rest so slowly that a trial takes more motor time than is left";

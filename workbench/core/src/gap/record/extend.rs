@@ -177,7 +177,7 @@ fn predicted(last: &Last, model: &Model, kept: &Scored) -> HoldOut {
     compared(dataset.signal, dataset.sigma, before, HeldOut::of(whole, &extended))
 }
 
-/// What the held-out records had to say about the names of a model that is a fit to the log.
+/// What the held-out records had to say about names by shares.
 fn vetoed(model: &Model, found: &Found) -> Vec<String> {
     let chosen = model.by_shares && !found.best.hypothesis.items.is_empty();
     let told = "the held-out records had a veto: a name stays only if every one of them is predicted better with it. A further record given with --final is only predicted";

@@ -8,10 +8,10 @@
 //! Where the log contradicts the data sheet, the same is done from the parameter put right, and the likelier end is kept.
 
 mod adaptation;
+mod by_shares;
 mod conventions;
 mod evolve;
 mod exchange;
-mod fitted_to_log;
 mod forms;
 mod from_data_sheet;
 mod grid;

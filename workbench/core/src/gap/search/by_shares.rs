@@ -1,5 +1,5 @@
-//! The search for a model that is itself a fit to the log of a real rig: nothing is measured by the noise here, names are
-//! accepted by [shares](crate::gap::acceptance::residual_share).
+//! The search where no set reaches the noise, as on a real rig: names are accepted by
+//! [shares](crate::gap::acceptance::residual_share).
 //!
 //! ```text
 //! plain forms: round → share of the log → veto … → elimination → richer forms, if they remove a share more → rivals
