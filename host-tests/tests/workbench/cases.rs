@@ -4,6 +4,7 @@ use std::collections::BTreeSet;
 use trials::case_files::opened;
 use truing::cli;
 use truing::gap::{self, Options};
+use truing::outcome::Verdict;
 use truing::synthetic::cases::hidden::KINDS;
 use truing::synthetic::cases::outside::OUTSIDERS;
 use truing::synthetic::cases::{Case, Set, Spec, draw, rms_difference};
@@ -82,6 +83,22 @@ fn what_reaches_the_noise_is_named_beside_a_fit_too() {
     // Where another effect removes a large share far from the noise, it stands.
     let named = named.count();
     assert!(heating.len() == 4 && named >= 3, "{named}");
+}
+
+/// A friction that grips in one sector of the turn leaves little beside Stribeck friction, and beside that and cogging still less; the
+/// place within the turn predicts it.
+#[test]
+fn friction_in_one_sector_of_a_turn_stays_unexplained() {
+    let cases = (120..140).map(|seed| draw(&Spec::new(Set::Outside), seed));
+    let gripping: Vec<Case> = cases.filter(|case| case.answer.outside == Some("sticking_sector")).collect();
+    assert!(gripping.len() > 2);
+    for case in gripping {
+        let files = opened(&case).unwrap();
+        let outcome =
+            gap::run(&files.model, &files.log, &[files.holdout], &Options::default(), &|_| {}).unwrap();
+        assert_eq!(outcome.verdict, Verdict::Unexplained, "{}", case.answer.seed);
+        assert!(outcome.unexplained.structure.contains("turn"), "{}", outcome.unexplained.structure);
+    }
 }
 
 #[test]

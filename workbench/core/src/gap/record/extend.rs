@@ -107,7 +107,7 @@ fn unexplained(judged: &Judged, described: Option<&Described>, unnamed: Option<U
         structure: judged.structure.to_string(),
         depends_on: described.map_or(Vec::new(), Described::keys),
         predicts_share: described.map(|described| described.share),
-        noise_like: judged.noise_like,
+        noise_like: judged.noisy,
         unnamed,
     }
 }
