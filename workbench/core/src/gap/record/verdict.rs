@@ -320,7 +320,7 @@ fn is_left(found: &Found, given: &Scored, remainder: &Remainder, share: f64) -> 
 }
 
 /// What the place within a turn predicts of what is left, alone or with another variable, from which on it is no other form of a name
-/// that knows no place. Origin: design cases; of 260 single effects no right name leaves a fifth there, a gripping sector 0.9.
+/// that knows no place. Origin: design cases; of 260 single effects no right name leaves more than a fifth there, a gripping sector 0.9.
 const OF_A_TURN: f64 = 0.5;
 
 /// True if most of what is left goes with the place within a turn, on held-out data. What grips in a sector of the turn leaves half a per
