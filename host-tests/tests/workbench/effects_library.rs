@@ -1,7 +1,7 @@
 //! The library of effects: every published name is there, every entry is complete, and each one acts on the plant.
 
 use servo::axis::Bridge;
-use truing::system::effects::{self, Effect, Forms, LIBRARY, Scale, Shape, Starts, Steady};
+use truing::system::effects::{self, Effect, Forms, LIBRARY, Scale, Starts, Steady};
 use truing::system::plant::Motor;
 use truing::system::plant::physics::Physics;
 
@@ -73,11 +73,8 @@ fn every_effect_is_complete() {
     }
 }
 
-/// What a table of settled speeds says of an effect, and in which form it is tried.
+/// In which form an effect is tried on a table of settled speeds.
 fn complete_in_tables(effect: &Effect, steady: &Steady) {
-    if let Shape::Told(sentence) = steady.shape {
-        assert!(sentence.len() > 3, "{effect:?}: an empty sentence");
-    }
     if let Forms::FromRest(pinned) = steady.forms {
         assert_eq!(pinned.len(), effect.parameters.len(), "{effect:?}");
     }

@@ -6,7 +6,7 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use servo::axis::Bridge;
 use truing::gap::{self, Options};
-use truing::outcome::{Outcome, Verdict};
+use truing::outcome::{Grade, Outcome, Verdict};
 use truing::synthetic::reference_plant::record::{Row, Window, simulate};
 use truing::synthetic::reference_plant::state;
 use truing::synthetic::reference_plant::{
@@ -378,4 +378,83 @@ fn unusable_logs_end_in_one_sentence() {
     let outcome = gap::run(&nominal(), &rpm, &[], &Options::default(), &|_| {}).unwrap();
     assert_eq!(outcome.verdict, Verdict::Data);
     assert!(outcome.data.iter().any(|fault| fault.what.contains("rpm")), "{:?}", outcome.data);
+}
+
+/// A belt: slower than the motor, where no fit that begins at a stiffer one arrives.
+#[test]
+fn a_coupling_softer_than_the_motor_is_named() {
+    let (stiffness, share) = (0.4 * 1e-4 / (0.064 * 0.064), 0.5);
+    let split = Split { inertia: share, viscous: 0.0 };
+    let hidden = Motor { train: Train::Flexible { split, stiffness, damping: 3e-5 }, ..motor() };
+    let outcome = analysed(&hidden, 121);
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["flexible_coupling"]));
+    close(&outcome, "flexible_coupling", "stiffness_nm_per_rad", stiffness);
+    close(&outcome, "flexible_coupling", "load_share", share);
+    closes(&outcome);
+}
+
+#[test]
+fn where_the_encoder_stands_at_the_start_is_no_miss_of_the_position() {
+    let mut hidden = motor();
+    hidden.drive.dead_zone_v = [0.9; 2];
+    let missed = |start_rad: f64| {
+        let mut holdout = recorded(&hidden, 132);
+        holdout.runs[0].position.as_mut().unwrap().iter_mut().for_each(|theta| *theta += start_rad);
+        let log = recorded(&hidden, 131);
+        gap::run(&nominal(), &log, &[holdout], &Options::default(), &|_| {}).unwrap().position.unwrap()
+    };
+    let (zero, far) = (missed(0.0), missed(-1183.0));
+    assert!((far.rmse_before / zero.rmse_before - 1.0).abs() < 1e-6, "{far:?} instead of {zero:?}");
+    assert!((far.rmse_after / zero.rmse_after - 1.0).abs() < 1e-6, "{far:?} instead of {zero:?}");
+    assert!(zero.rmse_after < 0.1 * zero.rmse_before, "{zero:?}");
+}
+
+#[test]
+fn a_name_that_a_hold_out_misses_stands_and_something_is_left() {
+    let with = |kinetic: f64| {
+        let mut hidden = motor();
+        hidden.friction.kinetic_nm = [kinetic; 2];
+        hidden
+    };
+    let (log, holdout) = (recorded(&with(0.02), 141), recorded(&with(0.0235), 142));
+    let outcome = gap::run(&nominal(), &log, &[holdout], &Options::default(), &|_| {}).unwrap();
+    assert_eq!((outcome.verdict, names(&outcome)), (Verdict::Named, vec!["coulomb_friction"]));
+    assert_eq!(outcome.grade, Grade::NamedAndSomethingIsLeft, "{:?}", outcome.holdout);
+    let h = &outcome.holdout;
+    let left = (h.rmse_after / h.rmse_before).powi(2);
+    assert!((outcome.unexplained.share_of_gap - left).abs() < 0.5 * left, "{:?}, {h:?}", outcome.unexplained);
+}
+
+/// The drive gives no more in the log; the hold-out shows that its sensor does.
+#[test]
+fn a_reading_beyond_it_denies_a_limit_of_the_sensor() {
+    let mut hidden = motor();
+    hidden.drive.limit_v = [7.0; 2];
+    let (log, holdout) = (recorded(&hidden, 151), recorded(&motor(), 152));
+    let outcome = gap::run(&nominal(), &log, &[holdout], &Options::default(), &|_| {}).unwrap();
+    assert!(!names(&outcome).contains(&"speed_saturation"), "{:?}", names(&outcome));
+    assert!(!outcome.ties.iter().flat_map(|tie| tie.rivals.concat()).any(|name| name == "speed_saturation"));
+}
+
+#[test]
+fn the_steps_of_a_coarse_encoder_are_its_noise() {
+    let counts = 256.0;
+    let (step, window) = (std::f64::consts::TAU / counts, 4);
+    let coarse = |seed: u64| {
+        let mut log = recorded(&motor(), seed);
+        let run = &mut log.runs[0];
+        let counted: Vec<f64> =
+            run.position.take().unwrap().iter().map(|theta| (theta / step).floor() * step).collect();
+        let at = |k: usize| counted[k.min(ROWS - 1)];
+        let span = window as f64 * TICK;
+        let speed = (0..ROWS).map(|k| (at(k + window / 2) - at(k.saturating_sub(window / 2))) / span);
+        run.speed = Some(speed.collect());
+        log
+    };
+    let text = format!("{}[encoder]\ncounts_per_rev = {counts}\n", nominal().source_text);
+    let model = model::parse("coarse.toml", &text).unwrap();
+    let outcome = gap::run(&model, &coarse(161), &[coarse(162)], &Options::default(), &|_| {}).unwrap();
+    assert_eq!((outcome.verdict, names(&outcome).len()), (Verdict::NothingMissing, 0));
+    let rounded = step / (6f64.sqrt() * window as f64 * TICK);
+    assert!(outcome.holdout.noise_floor > 0.999 * rounded, "{:?}, {rounded}", outcome.holdout);
 }

@@ -510,3 +510,31 @@ fn a_report_says_which_runs_it_leaves_out() {
     desk.gap("");
     assert!(desk.report().contains("Shown are 12 of 14 runs"));
 }
+
+fn number(model: &str, key: &str) -> f64 {
+    let line = model.lines().find(|line| line.starts_with(key)).unwrap_or_else(|| panic!("{key}: {model}"));
+    line.split(['=', '#']).nth(1).unwrap().trim().parse().unwrap()
+}
+
+/// One level in one direction tells no friction from a weaker motor, and all of the speed is the gain's.
+#[test]
+fn a_single_step_gives_the_gain_that_it_shows() {
+    let mut text = String::from("t_s,u_v,omega_rad_s\n");
+    for (k, noise) in noise(200).iter().enumerate() {
+        let t = 0.01 * k as f64;
+        let _ = writeln!(text, "{t:.2},12.0,{:.3}", 12.0 * 6.2 * (1.0 - (-t / 0.227).exp()) + noise);
+    }
+    let model = Desk::new(&text).start("t_s=t_s", &[]);
+    assert!((number(&model, "gain_rad_s_per_v") / 6.2 - 1.0).abs() < 0.01, "{model}");
+    assert!((number(&model, "time_constant_s") / 0.227 - 1.0).abs() < 0.02, "{model}");
+}
+
+/// What is missing is counted from the best that the plain model can do.
+#[test]
+fn the_model_that_is_written_is_the_best_linear_fit() {
+    let desk = Desk::new(&arduino(Hidden::Friction(2.0)));
+    desk.start(ARDUINO, &[]);
+    let outcome = desk.gap(ARDUINO);
+    assert_eq!(names(&outcome)[..1], ["coulomb_friction"]);
+    assert!(outcome["holdout"]["fit_percent_before"].as_f64().unwrap() > 80.0, "{}", outcome["holdout"]);
+}

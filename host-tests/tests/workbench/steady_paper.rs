@@ -76,7 +76,11 @@ fn no_dead_zone_is_named_in_any_reading_and_the_bias_is_small() {
     let all: Vec<String> = named.chain(rivals).chain(outcome.closest_known.clone()).collect();
     assert!(all.iter().all(|n| !wrong.contains(&n.as_str())), "{all:?}");
     let lost = outcome.rivals.iter().find(|r| r.names == ["dead_zone"]).expect("a dead zone was considered");
-    assert!(lost.reason.contains("explains nothing more"), "{}", lost.reason);
+    assert!(
+        lost.reason.starts_with("added, it leaves 2.") && lost.gap > 0.9 * outcome.holdout.rmse_after,
+        "{}",
+        lost.reason
+    );
     let bias = &effect(outcome, "voltage_offset").derived["zero_speed_at_v"];
     assert!((bias.value + 0.0635).abs() < 0.01, "{bias:?}");
     assert!(outcome.notes.iter().any(|n| n.contains("lowest voltage is 0.9 V")));

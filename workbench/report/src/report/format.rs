@@ -240,9 +240,14 @@ pub fn small(outcome: &Outcome) -> String {
     each.join(", ")
 }
 
+/// Numbers that do not tell how much there is of an effect.
+const BESIDE: [&str; 5] = ["contact_s", "damping", "bus_farad", "cubic_nm_per_rad3", "rest_rad"];
+
 /// A name with its size, where it has one: `dead_zone of 0.65 V`. Two sides have two sizes.
 fn sized(effect: &NamedEffect) -> String {
-    let measured = |(_, v): &(_, &Value)| is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1";
+    let measured = |(name, v): &(&String, &Value)| {
+        is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1" && !BESIDE.contains(&name.as_str())
+    };
     let between = effect.derived.iter().find(|(name, _)| name.contains(MINUS));
     let known = effects::find(&effect.name);
     let two = known.and_then(effects::Effect::sides).is_some();

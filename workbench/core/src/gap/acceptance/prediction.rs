@@ -100,7 +100,8 @@ pub fn position_gap(set: &Scored) -> Option<f64> {
         |run| run.log > 0,
         |index, traces, _| {
             let position = &dataset.runs[index].position;
-            misses.extend(traces.integral.iter().zip(position).map(|(way, at)| at - position[0] - way));
+            let start = position[0] - traces.integral[0];
+            misses.extend(traces.integral.iter().zip(position).map(|(place, at)| at - start - place));
         },
     );
     (!misses.is_empty()).then(|| rms(&misses))

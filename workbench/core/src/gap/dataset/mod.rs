@@ -71,12 +71,16 @@ pub struct Dataset {
     pub runs: Vec<GridRun>,
     /// Natural magnitudes of motor and log.
     pub scales: Scales,
+    /// Fastest reading of log and hold-outs, but for one in a thousand.
+    pub fastest: f64,
     /// Name of the compared column.
     pub signal: &'static str,
     /// Lag n of the moving-average noise of the compared signal, in samples; 0: white.
     pub noise_lag: usize,
     /// Standard deviation of the compared signal's noise.
     pub sigma: f64,
+    /// The part of it that the declared encoder's steps make; 0: none is declared.
+    pub resolution: f64,
     /// Standard deviation of the current's noise, if the current is compared.
     pub sigma_current: Option<f64>,
     /// Two runs of the log with the same input, if there are; of a long log several pairs of their stretches.

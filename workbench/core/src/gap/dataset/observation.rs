@@ -63,6 +63,15 @@ impl Observation {
         difference.contains(&self.sensor) && self.window_s > 0.0
     }
 
+    /// Standard deviation of the speed by the encoder's steps: both ends of a window are rounded to a count. 0 without a window.
+    pub(super) fn resolution(&self) -> f64 {
+        if self.window_s > 0.0 && !self.of_position() {
+            self.step / (6f64.sqrt() * self.window_s)
+        } else {
+            0.0
+        }
+    }
+
     /// Whether the position is compared and not the speed.
     pub(super) fn of_position(&self) -> bool {
         self.way_s.is_some()

@@ -36,7 +36,6 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         }
     };
     let runs: Vec<GridRun> = runs.into_iter().enumerate().map(folded).collect();
-    let doubts = suspect_units(&scales, &start.plant).filter(|_| !model.fitted_to_log);
     Ok(Dataset {
         input: log.input,
         linear: log.linear,
@@ -48,6 +47,8 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         },
         noise_lag: observation.noise_lag,
         sigma: noise.speed,
+        resolution: observation.resolution(),
+        fastest: largest(runs.iter().flat_map(|run| run.speed.measured.iter().copied())),
         sigma_current: noise.current,
         twins: match &searched {
             Some((some, _)) => stretches.twins(some),
@@ -57,7 +58,7 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         scales,
         of_position: observation.of_position(),
         position_logged: log.runs.iter().all(|run| run.position.is_some()),
-        notes: notes.into_iter().chain(doubts).chain([folds::said(&others)]).collect(),
+        notes: notes.into_iter().chain([folds::said(&others)]).collect(),
         searched: searched.map(|(_, found)| found),
     })
 }
@@ -180,22 +181,6 @@ fn rough_speed(run: &Run) -> Cow<'_, [f64]> {
     (0..run.rows() - span).map(pair).collect()
 }
 
-/// Speeds beyond what the largest input can reach by about the factor between rpm and rad/s, 9.55, are called out:
-/// less where a missing dead zone or friction takes half of the speed, more where the drive or the model is off
-/// besides. Chosen by judgement; not studied.
-const RPM: std::ops::Range<f64> = 5.0..14.0;
-
-/// Calls out units that cannot be.
-fn suspect_units(scales: &Scales, plant: &Physics) -> Option<String> {
-    let reachable = plant.dc_gain() * scales.input;
-    let factor = scales.speed / reachable;
-    (plant.drive == Drive::Voltage && RPM.contains(&factor)).then(|| {
-        format!(
-            "the speeds lie {factor:.1} times above the no-load speed of {reachable:.0} rad/s: is the column in rpm? (then: --columns \"omega_rad_s=NAME*0.104720\")"
-        )
-    })
-}
-
 /// Standard deviations of the sensors' noise.
 struct Noise {
     /// Of the compared speed or position.
@@ -232,10 +217,7 @@ impl Noise {
 
     fn of_speed(runs: &[GridRun], observation: &Observation) -> f64 {
         let noise = |run: &GridRun| hf_noise(&run.speed.measured, observation.noise_lag);
-        // Both ends of a window are rounded to a count.
-        let window_s = Some(observation.window_s).filter(|window_s| *window_s > 0.0);
-        let step = window_s.map_or(0.0, |window_s| observation.step / (6f64.sqrt() * window_s));
-        median(&mut runs.iter().map(noise).collect::<Vec<_>>()).max(step)
+        median(&mut runs.iter().map(noise).collect::<Vec<_>>()).max(observation.resolution())
     }
 }
 

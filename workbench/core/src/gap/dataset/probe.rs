@@ -99,6 +99,11 @@ impl Probes {
         self.measured.len()
     }
 
+    /// Number of samples that serve for some of the parts.
+    pub fn number_of(&self, parts: &[Part]) -> usize {
+        self.part.iter().filter(|part| parts.contains(part)).count()
+    }
+
     /// True without samples.
     pub fn is_empty(&self) -> bool {
         self.measured.is_empty()

@@ -23,6 +23,8 @@ const WIDEST: f64 = 0.32;
 /// Responses that agree so far cannot be told apart: of more than two levels they agree to 0.95. Chosen by judgement,
 /// tried with the others of `examine`.
 const ALIKE: f64 = 0.985;
+/// From here on they are one response to rounding. Chosen by judgement; not studied.
+const SAME: f64 = 1.0 - 1e-9;
 /// Below this part of the fastest motion no direction is certain. Chosen by judgement, tried with the others of
 /// `examine`.
 const STANDS: f64 = 0.02;
@@ -309,9 +311,12 @@ impl Motion {
         for (column, scale) in scales.iter().enumerate() {
             matrix.column_mut(column).scale_mut(1.0 / scale);
         }
-        // Under inputs of two levels what a dead zone takes is the input itself.
-        if forces == FORCES && matrix.column(0).dot(&matrix.column(TAKEN)) > ALIKE {
-            matrix.column_mut(TAKEN).fill(0.0);
+        // Under inputs of two levels what a dead zone takes is the input itself, and under one level every force is.
+        for column in 1..forces {
+            let alike = matrix.column(0).dot(&matrix.column(column));
+            if alike.abs() > SAME || column == TAKEN && alike > ALIKE {
+                matrix.column_mut(column).fill(0.0);
+            }
         }
         let normal = matrix.tr_mul(&matrix) + DMatrix::identity(forces, forces) * 1e-10;
         let solved = normal.cholesky().map(|factor| factor.solve(&matrix.tr_mul(&wanted)));

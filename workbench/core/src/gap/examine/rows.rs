@@ -85,8 +85,9 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
 }
 
 /// What may be said of the clock, or of a sensor that is read less often than rows are written.
-pub fn note(record: &Dynamic) -> Option<String> {
-    if !even(record) {
+pub fn note(model: &Model, record: &Dynamic) -> Option<String> {
+    // Differences of counts repeat.
+    if !even(record) || model.sensors.speed_window_s > 0.0 && model.encoder.is_some() {
         return None;
     }
     if let Some(held) = repeated(record).filter(|held| held.old) {

@@ -145,7 +145,11 @@ pub fn early(log: &Log, effects: &[NamedEffect]) -> Option<String> {
 /// What may be said of the sensor before a compliance or a lag is: nothing of it stops anybody.
 pub fn notes(model: &Model, log: &Log) -> Vec<String> {
     let Log::Dynamic(record) = log else { return Vec::new() };
-    smoothed(model, record).into_iter().chain(in_steps(model, record)).chain(rows::note(record)).collect()
+    smoothed(model, record)
+        .into_iter()
+        .chain(in_steps(model, record))
+        .chain(rows::note(model, record))
+        .collect()
 }
 
 /// A speed that is a mean over rows before and after.

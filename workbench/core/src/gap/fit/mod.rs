@@ -10,12 +10,13 @@ pub mod samples;
 pub mod scored;
 pub mod solver;
 
-use crate::gap::dataset::{COARSE, Compared, FINE, Part, lockstep};
+use crate::gap::dataset::{COARSE, Compared, FINE, GridRun, Part, lockstep};
 use crate::gap::fit::hypothesis::{Hypothesis, Slot};
-use crate::gap::fit::problem::{Problem, in_registers};
+use crate::gap::fit::problem::{Few, Problem, in_registers};
 use crate::gap::fit::solver::{Schedule, Solution, solve, solve_near};
 use crate::system::plant::physics::Physics;
 use nalgebra::DMatrix;
+use std::ops::Range;
 
 /// A step that lowers the cost by less than this part of it is slow. Chosen by judgement; not studied.
 const SLOW: f64 = 1e-4;
@@ -66,13 +67,39 @@ pub struct Evaluator<'h, 'a> {
     finest: f64,
     /// Part of the steps of derivatives that is taken.
     step: f64,
+    /// Of the starts of runs, which are the last numbers, the residuals that they move.
+    few: Vec<Few>,
 }
 
 impl<'h, 'a> Evaluator<'h, 'a> {
     /// For a hypothesis.
     pub fn new(hypothesis: &'h Hypothesis<'a>, setting: &Setting) -> Self {
         let step = if hypothesis.is_rugged() { RUGGED } else { 1.0 };
-        Self { hypothesis, parts: setting.parts, finest: setting.finest, step }
+        let few = Vec::new();
+        let mut made = Self { hypothesis, parts: setting.parts, finest: setting.finest, step, few };
+        made.few = made.of_starts();
+        made
+    }
+
+    /// The residuals that the starts of runs move.
+    fn of_starts(&self) -> Vec<Few> {
+        let Hypothesis { dataset, slots, .. } = self.hypothesis;
+        let run = |slot: &Slot| if let Slot::Start { run } = slot { Some(*run) } else { None };
+        let starts: Vec<usize> = slots.iter().filter_map(run).collect();
+        let signals = |run: &GridRun| run.speed.number_of(self.parts) + run.current.number_of(self.parts);
+        let ends = dataset.runs.iter().scan(0, |end, run| {
+            let from = *end;
+            *end += if self.compares(run) { signals(run) } else { 0 };
+            Some(from..*end)
+        });
+        let rows: Vec<Range<usize>> = ends.collect();
+        let priors = slots.len() - self.hypothesis.effect_slots() - starts.len() + rows[rows.len() - 1].end;
+        starts.iter().enumerate().map(|(k, run)| (rows[*run].clone(), priors + k)).collect()
+    }
+
+    /// True if residuals of a run count.
+    fn compares(&self, run: &GridRun) -> bool {
+        run.log == 0 || self.parts == [Part::HoldOut]
     }
 
     /// Weighted residuals of another plant than that of the numbers, and their priors.
@@ -105,13 +132,12 @@ impl<'h, 'a> Evaluator<'h, 'a> {
     }
 
     fn simulated(&self, plants: Vec<Physics>, many: &[&[f64]], finest: f64, out: &mut [Vec<f64>]) {
-        let only_holdout = self.parts == [Part::HoldOut];
         let runs = self.hypothesis.dataset.runs.iter().enumerate();
         let compared = |(index, run)| {
             let start = |x: &&[f64]| self.hypothesis.start_speed(index, x);
             Compared { run, starts: many.iter().map(start).collect() }
         };
-        let runs: Vec<Compared> = runs.filter(|(_, it)| it.log == 0 || only_holdout).map(compared).collect();
+        let runs: Vec<Compared> = runs.filter(|(_, run)| self.compares(run)).map(compared).collect();
         let room = runs.iter().map(|Compared { run, .. }| run.speed.len() + run.current.len()).sum::<usize>();
         for out in out.iter_mut() {
             out.clear();
@@ -149,6 +175,10 @@ impl Problem for Evaluator<'_, '_> {
 
     fn step(&self, slot: usize) -> f64 {
         self.step * self.hypothesis.step(slot)
+    }
+
+    fn few(&self, slot: usize) -> Option<Few> {
+        Some(self.few[(slot + self.few.len()).checked_sub(self.hypothesis.slots.len())?].clone())
     }
 
     /// The base and the start speeds bend little.

@@ -1,5 +1,10 @@
 //! What the solver minimises.
 
+use std::ops::Range;
+
+/// The residuals that a number moves: a stretch of them, and its prior.
+pub type Few = (Range<usize>, usize);
+
 /// What is minimised: the sum of the squares of residuals over numbers with bounds.
 pub trait Problem {
     /// The residuals, each over its standard deviation: the compared samples first, the priors last.
@@ -25,6 +30,12 @@ pub trait Problem {
 
     /// Step of the numeric derivative of a number.
     fn step(&self, slot: usize) -> f64;
+
+    /// The residuals that a number moves, if they are few, as with the start of one run of many. No residual is moved by two such numbers,
+    /// and they stand in the order of their residuals.
+    fn few(&self, _slot: usize) -> Option<Few> {
+        None
+    }
 
     /// So many numbers at the front bend the residuals so much that their derivatives are computed anew before each step.
     fn bending(&self) -> usize;

@@ -45,7 +45,8 @@ pub struct Solution {
 
 /// Solves a problem from a start.
 pub fn solve(problem: &mut impl Problem, start: &[f64], schedule: &Schedule) -> Solution {
-    Descent::new(problem, start, schedule, Jacobian::empty(start.len()), 0..start.len()).run()
+    let empty = Jacobian::empty(problem, start.len());
+    Descent::new(problem, start, schedule, empty, 0..start.len()).run()
 }
 
 /// Solves a problem near another one, of which some columns of the Jacobian are known; those of the numbers that bend the
@@ -57,14 +58,16 @@ pub fn solve_near(
     columns: Vec<Vec<f64>>,
 ) -> Solution {
     let bending = 0..problem.bending();
-    let descent = Descent::new(problem, start, schedule, Jacobian { columns }, bending);
+    let known = Jacobian::new(problem, columns);
+    let descent = Descent::new(problem, start, schedule, known, bending);
     Descent { followed: true, ..descent }.run()
 }
 
 /// Goes on from a solution with differences to both sides: along a valley in which numbers are traded for each other, down to where their
 /// priors are least strained. One-sided differences do not see that the valley is level.
 pub fn settled(problem: &mut impl Problem, start: &[f64], schedule: &Schedule) -> Solution {
-    let mut descent = Descent::new(problem, start, schedule, Jacobian::empty(start.len()), 0..0);
+    let empty = Jacobian::empty(problem, start.len());
+    let mut descent = Descent::new(problem, start, schedule, empty, 0..0);
     for _ in 0..schedule.iterations {
         descent.jacobian = Jacobian::probed(descent.problem, &descent.x);
         (descent.late, descent.damping) = (false, LEAST_DAMPING);
@@ -132,7 +135,9 @@ impl<'p, P: Problem> Descent<'p, P> {
         let (residuals, cost, beside) = descent.look(&descent.x.clone(), columns.clone());
         (descent.residuals, descent.cost) = (residuals, cost);
         match beside {
-            Some((beside, moved)) => descent.jacobian.take(&beside, &descent.residuals, &moved),
+            Some((beside, moved)) => {
+                descent.jacobian.take(&beside, std::slice::from_ref(&descent.residuals), &moved)
+            }
             None => descent.jacobian.renew(descent.problem, &descent.x, &descent.residuals, columns),
         }
         descent
@@ -220,7 +225,7 @@ impl<'p, P: Problem> Descent<'p, P> {
             self.jacobian.follow(&step, &self.residuals, &residuals);
             (self.followed, self.late) = (true, beside.is_none());
             if let Some((beside, moved)) = beside {
-                self.jacobian.take(&beside, &residuals, &moved);
+                self.jacobian.take(&beside, std::slice::from_ref(&residuals), &moved);
             }
             (self.x, self.residuals, self.cost) = (next, residuals, cost);
         }

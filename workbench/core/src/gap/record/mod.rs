@@ -3,7 +3,7 @@
 mod estimate;
 mod excitation;
 mod extend;
-mod sentences;
+pub(in crate::gap) mod sentences;
 mod sides;
 mod verdict;
 
@@ -164,6 +164,8 @@ fn settled(dataset: &Dataset, model: &Model) -> (Physics, f64) {
     // The first estimate saw the motion too, so this one is lower; 5 % are its own scatter. Chosen by judgement; not studied.
     let high =
         hf_noise(&fitted.residual(), dataset.noise_lag).clamp(0.5 * dataset.sigma, 1.05 * dataset.sigma);
+    // Where coarse readings repeat, most differences are none, and the estimate is halved. A twentieth is its own scatter. Judgement.
+    let high = high.max(0.95 * dataset.resolution);
     (base.plant(), repeated_noise(&base).map_or(high, |sigma| sigma.max(high)))
 }
 

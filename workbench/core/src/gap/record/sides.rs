@@ -32,13 +32,12 @@ pub fn told(kept: &Scored, index: usize, gap_of: impl Fn(&Scored) -> f64) -> Opt
     let differ = percent((one - other).abs() / (0.5 * (one + other)).max(f64::MIN_POSITIVE));
     let apart = ((kept.fit.cost - set.fit.cost).max(0.0) / dispersion(&set)).sqrt();
     let sides = format!("Fitted apart, its two sides are {} and {} {unit}", figure(one), figure(other));
-    Some(match apart < DEVIATIONS {
+    let gaps = [&set, kept].map(|set| gap(gap_of(set)));
+    (apart < DEVIATIONS || gaps[0] != gaps[1]).then(|| match apart < DEVIATIONS {
         true => format!("{sides}: these data do not tell them apart ({apart:.1} standard deviations)."),
         false => format!(
             "{sides}: {differ} are too little for a name of their own, but these data tell them apart ({apart:.0} standard deviations). With two sides the held-out gap would be {} {}, not {}.",
-            gap(gap_of(&set)),
-            dataset.unit(),
-            gap(gap_of(kept))
+            gaps[0], dataset.unit(), gaps[1]
         ),
     })
 }

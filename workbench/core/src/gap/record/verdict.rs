@@ -79,10 +79,12 @@ pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Jud
         true => strange(&found.best),
     };
     let left = is_left(of, given, &remainder, share) || (unpredicted && !trifle);
+    // The names may stand all the same.
+    let missed = !nothing_named && held_out > SHARE && held_out_square(&found.best) > DISAGREE;
     let share = match (unpredicted, nothing_named) {
         (true, true) => 1.0,
-        (true, false) => share.max(held_out.min(1.0)),
-        (false, _) => share,
+        _ if unpredicted || missed => share.max(held_out.min(1.0)),
+        _ => share,
     };
     let (kept, closest) = match left {
         true if nothing_named => (found.best.clone(), found.dropped.clone()),
@@ -92,8 +94,9 @@ pub fn judge<'a>(found: &Found<'a>, given: &Scored, limits: &ShareLimits) -> Jud
     let (ties, next) = if left { (Vec::new(), None) } else { ties(found) };
     let uncertainty = uncertainty.filter(|_| kept.hypothesis.items == found.best.hypothesis.items);
     let verdict = Verdict::of(left, !ties.is_empty(), !kept.hypothesis.items.is_empty());
-    let grade = Grade::of(verdict, left, true);
-    let structure = structure(left, unpredicted, nothing_named, share, remainder.structure);
+    let grade = Grade::of(verdict, left || missed, true);
+    let structure =
+        structure(left || missed, unpredicted || missed, nothing_named, share, remainder.structure);
     Judged { verdict, grade, kept, uncertainty, closest, ties, share, structure, noisy: None, next, tiny }
 }
 

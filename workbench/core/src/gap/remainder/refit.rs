@@ -2,7 +2,7 @@
 
 use super::regression::{Dependence, bends};
 use crate::gap::fit::hypothesis::Hypothesis;
-use crate::gap::fit::problem::{Problem, dot};
+use crate::gap::fit::problem::{Few, Problem, dot};
 use crate::gap::fit::scored::Scored;
 use crate::gap::fit::solver::{Schedule, covariance, solve};
 use crate::gap::fit::{Evaluator, FINAL, Fit, SEARCH, Setting};
@@ -108,6 +108,10 @@ impl Problem for Together<'_, '_> {
 
     fn step(&self, slot: usize) -> f64 {
         slot.checked_sub(self.term.values.len()).map_or(STEP, |slot| self.hypothesis.step(slot))
+    }
+
+    fn few(&self, slot: usize) -> Option<Few> {
+        self.evaluator.few(slot.checked_sub(self.term.values.len())?)
     }
 
     /// A table bends little: the response to each of its values is almost that of the linear part.

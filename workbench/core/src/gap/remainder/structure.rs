@@ -93,7 +93,7 @@ impl fmt::Display for Structure {
                 "different in every record: what fits the log does not predict the hold-out",
             ),
             Self::AnotherMotor => text.write_str(
-                "the model fits the log and misses a held-out record: is that record of the same motor, with the same load and in the same units?",
+                "the model fits the log and misses a held-out record: check that it is of the same motor, with the same load, in the same units, and not beyond what the log shows",
             ),
             Self::Predicted { by, beside: None } => text.write_str(by),
             Self::Predicted { by, beside: Some(also) } => write!(text, "{by}; {also}"),

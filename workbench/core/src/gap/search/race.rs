@@ -126,8 +126,9 @@ impl<'a> Search<'a, '_> {
         by_least(&mut screened, |it| it.predicted_cost);
         let hoped = |it: &Screened| {
             let parent = &beam[it.parent].fit;
-            // A promise holds near the parent alone. Far above the noise nothing is refused by it.
-            if self.offer != Offer::All && !at_floor(&beam[it.parent]) {
+            // A promise holds near the parent alone. Far above the noise nothing is refused by it, nor is the first name.
+            let first = beam[it.parent].hypothesis.items.is_empty();
+            if (self.offer != Offer::All || first) && !at_floor(&beam[it.parent]) {
                 return true;
             }
             let visible = VISIBLE * VISIBLE * parent.samples as f64;

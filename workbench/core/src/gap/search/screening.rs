@@ -54,7 +54,7 @@ impl Projector {
         let mut evaluator = Evaluator::new(&parent.hypothesis, &SEARCH);
         let mut residuals = Vec::new();
         evaluator.residuals(&parent.fit.x, &mut residuals);
-        let mut jacobian = Jacobian::empty(parent.fit.x.len());
+        let mut jacobian = Jacobian::empty(&evaluator, parent.fit.x.len());
         jacobian.renew(&mut evaluator, &parent.fit.x, &residuals, 0..parent.fit.x.len());
         let mut normal = jacobian.normal();
         for k in 0..parent.fit.x.len() {
@@ -76,14 +76,13 @@ impl Projector {
         let gradient: DVector<f64> = self.jacobian.gradient(residuals);
         let wanted = self.factor.solve(&-gradient);
         let (mut left, mut followed) = (residuals.to_vec(), x.to_vec());
-        for (column, (slot, step)) in self.jacobian.columns.iter().zip(self.slots.iter().zip(wanted.iter())) {
+        for (place, (slot, step)) in self.slots.iter().zip(wanted.iter()).enumerate() {
             let Some(twin) = child.slots.iter().position(|other| other == slot) else {
                 continue;
             };
             let (lower, upper) = child.bounds(twin);
             followed[twin] = (x[twin] + step).clamp(lower, upper);
-            let step = followed[twin] - x[twin];
-            left.iter_mut().zip(column).for_each(|(r, c)| *r += step * c);
+            self.jacobian.add(place, followed[twin] - x[twin], &mut left);
         }
         // The lowest cost on the way from the parent's residual through this one.
         let change: Vec<f64> = left.iter().zip(&self.residuals).map(|(l, r)| l - r).collect();

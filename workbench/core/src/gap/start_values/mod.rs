@@ -11,6 +11,8 @@ mod text;
 pub use line::Line;
 pub use text::{GUESSED, START};
 
+use crate::gap::record::made_ready;
+use crate::gap::search::base_fit;
 use crate::gap::tables;
 use crate::system::log::{Dynamic, Input, Log};
 use crate::system::model::{self, DRIVEN_DIRECTLY, Draft, Kind, Model};
@@ -41,10 +43,15 @@ pub fn completed(draft: Draft, log: &Log) -> Result<Model, InputError> {
         return draft.complete();
     }
     let line = line_of(log);
-    let evidence = Evidence { line: line.unwrap_or(Line::typical(log)), shown: line, log };
-    let split = evidence.split(&draft)?;
-    let text = text::completed(&draft, &split);
-    let mut model = model::parse(&draft.stated().source, &text)?;
+    let mut evidence = Evidence { line: line.unwrap_or(Line::typical(log)), shown: line, log };
+    let mut split = evidence.split(&draft)?;
+    let read = |split: &Split| model::parse(&draft.stated().source, &text::completed(&draft, split));
+    let mut model = read(&split)?;
+    if let Some(fitted) = evidence.fitted(&model, &split) {
+        (evidence.line, evidence.shown) = (fitted, Some(fitted));
+        split = evidence.split(&draft)?;
+        model = read(&split)?;
+    }
     // The lines in these are those of the file that the user has.
     model.notes.clone_from(&draft.stated().notes);
     model.notes.push(evidence.sentence(&draft, &split));
@@ -82,6 +89,18 @@ pub(crate) struct Evidence<'l> {
 }
 
 impl Evidence<'_> {
+    /// The line without the friction beside it, fitted in free run, if every number is the log's own: what is missing is counted from there.
+    fn fitted(&self, model: &Model, split: &Split) -> Option<Line> {
+        let line =
+            self.shown.filter(|line| split.fit && line.gain > 0.0 && line.time_constant_s.is_some())?;
+        let Log::Dynamic(record) = self.log else { return None };
+        let dataset = made_ready(model, record, &[] as &[Dynamic]).ok()?;
+        let base = base_fit(&dataset, model);
+        let kind = base.hypothesis.kind(&base.fit.x);
+        let Kind::FirstOrder { gain_rad_s_per_v: gain, time_constant_s, .. } = kind else { return None };
+        Some(Line { gain, time_constant_s: Some(time_constant_s), ..line })
+    }
+
     fn split(&self, draft: &Draft) -> Result<Split, InputError> {
         let (input, linear) = axis(self.log);
         match draft.stated().kind {

@@ -14,7 +14,6 @@ mod fit;
 pub mod map;
 mod named;
 mod plots;
-mod rejected;
 mod rivals;
 pub(in crate::gap) mod rows;
 mod search;
@@ -61,7 +60,7 @@ fn analysed(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) 
         held_out: &held_out(&rows, holdouts),
         separate_files: !holdouts.is_empty(),
     };
-    Ok(case.outcome(&search.canonical(found)))
+    Ok(case.outcome(&case.agreed(search.canonical(found))))
 }
 
 fn held_out<'a>(rows: &'a Rows, holdouts: &'a [Table]) -> HeldOut<'a> {

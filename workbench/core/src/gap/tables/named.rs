@@ -6,10 +6,11 @@ use super::speed_unit::SpeedUnit;
 use super::words;
 use crate::gap::fit::hypothesis::Slot;
 use crate::gap::plots::curve::Placed;
+use crate::gap::record::sentences::sentence;
 use crate::gap::torque::{Torque, deviation};
 use crate::outcome::volts;
 use crate::outcome::*;
-use crate::system::effects::{Effect, Parameter, Shape};
+use crate::system::effects::{Effect, Parameter};
 use std::collections::BTreeMap;
 
 /// A deviation beyond this share of the parameter's range says that the rows do not feel it. Chosen by judgement; not
@@ -25,24 +26,16 @@ impl Case<'_> {
         (0..found.set.hypothesis.items.len())
             .map(|k| {
                 let effect = found.set.hypothesis.items[k].effect;
-                let (before, after) = (steps[k].gap, steps[k + 1].gap);
-                let shape = shape(effect);
-                let text = words::evidence(shape, &found.plant, self.given, unit);
+                let (before, after) = (&steps[k], &steps[k + 1]);
                 let parameters = self.parameters(found, k);
                 let values = found.set.hypothesis.values(k, &found.set.fit.x);
                 NamedEffect {
                     name: effect.name.into(),
-                    derived: derived(found, shape).chain(seen(found, k, &parameters)).collect(),
+                    derived: derived(found, effect).chain(seen(found, k, &parameters)).collect(),
                     parameters,
-                    gap_before: before,
-                    gap_after: after,
-                    evidence: format!(
-                        "{}; on held-out rows the gap goes from {} to {} {}.",
-                        capitalised(&text),
-                        crate::text::figures::gap(before),
-                        crate::text::figures::gap(after),
-                        unit.name
-                    ),
+                    gap_before: before.gap,
+                    gap_after: after.gap,
+                    evidence: sentence(effect, before, after, unit.name),
                     place: Placed { effect, values: &values, plant: &found.plant }
                         .words(["V", "rad/s"], self.log.u_v.iter().any(|u| *u < 0.0)),
                     tie: found.ties.iter().position(|t| t.0 == k),
@@ -98,14 +91,9 @@ impl Case<'_> {
     }
 }
 
-/// What the effect does to the curve. One that no table names is told by its summary; the search offers none.
-fn shape(effect: &Effect) -> Shape {
-    let steady = effect.steady();
-    steady.map_or(Shape::Told(effect.summary), |steady| steady.shape)
-}
-
-fn derived(found: &Found, shape: Shape) -> impl Iterator<Item = (String, Value)> {
-    let figures = words::derived(shape).into_iter().map(|(key, unit, figure)| {
+fn derived(found: &Found, effect: &Effect) -> impl Iterator<Item = (String, Value)> {
+    let told = effect.steady().map_or(Vec::new(), |steady| words::derived(steady.shape));
+    let figures = told.into_iter().map(|(key, unit, figure)| {
         let at = |x: &[f64]| figure(&found.set.hypothesis.plant(x));
         let std = found.covariance.as_ref().and_then(|c| deviation(&found.set, c, at));
         (key.to_string(), Value { value: figure(&found.plant), std, unit: unit.into() })
@@ -142,9 +130,4 @@ pub(super) fn marks(effects: &[NamedEffect]) -> Vec<(f64, String)> {
         Some((v.value, format!("{} {} V", label.1, crate::text::figures::figure(v.value))))
     };
     all.filter_map(mark).collect()
-}
-
-fn capitalised(text: &str) -> String {
-    let mut letters = text.chars();
-    letters.next().map_or(String::new(), |first| first.to_uppercase().chain(letters).collect())
 }

@@ -4,7 +4,7 @@ use super::candidates::forms;
 use super::fit::Set;
 use super::search::best;
 use super::sets::Search;
-use crate::gap::acceptance::{NAME, tied};
+use crate::gap::acceptance::tied;
 use crate::gap::fit::hypothesis::Item;
 use crate::gap::order::by_least;
 use crate::system::effects::{Effect, MOTOR_GAIN, RESISTANCE, VISCOUS_FRICTION};
@@ -129,21 +129,6 @@ impl<'a> Search<'a> {
         let cold = moves.then(|| all().fold(self.nothing(), extend)).flatten();
         warm.into_iter().chain(cold).collect()
     }
-
-    /// Effects that are not in the set, each added to it; the one that would help most first.
-    pub fn additions(&self, set: &Set<'a>) -> Vec<Replacement<'a>> {
-        let mut offered = self.offer.effects();
-        offered.retain(|effect| self.compatible(set, effect));
-        let added = |effect: &'static Effect| {
-            let items = forms(effect).into_iter();
-            let larger = best(items.filter_map(|item| self.extended(set, &item)))?;
-            let added = compared(set, vec![effect], larger);
-            Some(Replacement { objection: Some(earned(-added.worse_by)), ..added })
-        };
-        let mut all: Vec<Replacement<'a>> = offered.into_iter().filter_map(added).collect();
-        by_least(&mut all, |it| it.worse_by);
-        all
-    }
 }
 
 fn compared<'a>(accepted: &Set, effects: Vec<&'static Effect>, set: Set<'a>) -> Replacement<'a> {
@@ -155,14 +140,4 @@ fn one_form(a: &Effect, b: &Effect) -> bool {
     let even =
         |uneven: &Effect, even: &Effect| uneven.relations.uneven_of.is_some_and(|uneven| uneven.even == even);
     even(a, b) || even(b, a)
-}
-
-/// What an effect gains that does not earn a name.
-fn earned(gain: f64) -> String {
-    if gain > 0.5 {
-        let share = 100.0 * gain / NAME;
-        format!("added, it explains a little more, {share:.0} % of what a name must")
-    } else {
-        "added, it explains nothing more".into()
-    }
 }

@@ -4,16 +4,20 @@ use super::case::{Case, Found};
 use super::fit::Set;
 use super::named::marks;
 use super::plots::Gallery;
+use super::rivals::Replacement;
 use super::sets::Search;
 use super::speed_unit::SpeedUnit;
 use super::study::{Residual, grow};
 use super::ties::next;
 use super::{table, words};
 use crate::gap::acceptance::prediction::compared;
+use crate::gap::fit::hypothesis::Item;
 use crate::gap::options::ShareLimits;
 use crate::outcome::*;
+use crate::system::effects::DEAD_ZONE;
 use crate::system::log::Table;
 use crate::system::plant::physics::Physics;
+use crate::text::figures;
 
 /// Structure is called unexplained above this share of the first squared gap, if [`ALIKE`] and [`ABOVE_NOISE`] hold,
 /// too. Chosen by judgement; not studied.
@@ -40,6 +44,17 @@ pub fn insufficient(log: &Table, reason: String) -> Outcome {
 }
 
 impl Case<'_> {
+    /// The set without the names without which other files are predicted better.
+    pub fn agreed<'s>(&'s self, set: Set<'s>) -> Set<'s> {
+        let gap = |set: &Set| self.gap(set, SpeedUnit::of(1.0));
+        let fewer = (0..set.hypothesis.items.len()).filter_map(|k| self.search.without(&set, k));
+        let best = fewer.filter(|_| self.separate_files).min_by(|a, b| gap(a).total_cmp(&gap(b)));
+        match best.filter(|best| gap(best) < gap(&set)) {
+            Some(best) => self.agreed(best),
+            None => set,
+        }
+    }
+
     /// The result for an accepted set.
     pub fn outcome(&self, accepted: &Set) -> Outcome {
         let whole = self.search.rows.all_fitted();
@@ -146,6 +161,27 @@ impl Case<'_> {
     /// Held-out gap of a set.
     pub(super) fn gap(&self, set: &Set, unit: SpeedUnit) -> f64 {
         self.held_out.predicted(&set.plant(), unit).gap()
+    }
+
+    /// Explanations that lost, each with its reason.
+    fn rivals(&self, found: &Found, unit: SpeedUnit) -> Vec<Rival> {
+        let now = figures::gap(self.gap(&found.chosen, unit));
+        let reason = |(k, r): &(usize, Replacement)| {
+            let name = found.set.hypothesis.items[*k].effect.name;
+            // Refitted to the chosen rows alone.
+            let gap = self.search.again(&r.set).map_or(f64::NAN, |set| self.gap(&set, unit));
+            let told = || format!("for {name} it leaves {} {1}, not {now} {1}", figures::gap(gap), unit.name);
+            Rival { names: r.names(), gap, reason: r.objection.clone().unwrap_or_else(told) }
+        };
+        // A dead zone is what everybody asks about first.
+        let offered = self.search.compatible(&found.chosen, &DEAD_ZONE);
+        let zone = offered.then(|| self.search.extended(&found.chosen, &Item::plain(&DEAD_ZONE))).flatten();
+        let zone = zone.map(|set| {
+            let gap = self.gap(&set, unit);
+            let reason = format!("added, it leaves {} {}", figures::gap(gap), unit.name);
+            Rival { names: vec![DEAD_ZONE.name.into()], gap, reason }
+        });
+        found.rejected.iter().map(reason).chain(zone).collect()
     }
 
     fn notes(&self) -> Vec<String> {

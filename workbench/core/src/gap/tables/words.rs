@@ -1,6 +1,5 @@
-//! The evidence for each name as a sentence, and the figures that follow from its parameters.
+//! The figures that follow from the parameters of a name, and the regions of the voltage.
 
-use super::speed_unit::SpeedUnit;
 use super::study::Residual;
 use crate::gap::order::by_least;
 use crate::system::effects::Shape;
@@ -17,7 +16,7 @@ pub fn derived(shape: Shape) -> Vec<Derived> {
         Shape::Edges => vec![("stops_above_v", "V", edge_pos), ("stops_below_v", "V", edge_neg)],
         Shape::ZeroCrossing => vec![("zero_speed_at_v", "V", zero_crossing)],
         Shape::Slope => vec![("slope_rad_s_per_v", "rad/s/V", slope)],
-        Shape::Told(_) => vec![],
+        Shape::Bend | Shape::Own => vec![],
     }
 }
 
@@ -99,36 +98,6 @@ fn solve(f: impl Fn(f64) -> f64, plant: &Physics) -> f64 {
         if f(middle) > 0.0 { high = middle } else { low = middle }
     }
     0.5 * (low + high)
-}
-
-/// What the table shows of an effect of this shape.
-pub fn evidence(shape: Shape, plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
-    match shape {
-        Shape::Slope => slopes(plant, given, unit),
-        Shape::Limit if plant.limit_softness > 1e-3 => {
-            format!("the speed rises ever less and tends to {}", unit.text(level(plant)))
-        }
-        Shape::Limit => {
-            format!("the speed stays at {} from {} V on", unit.text(level(plant)), figure(knee(plant)))
-        }
-        Shape::Edges => {
-            format!("no motion between {} V and {} V", figure(edge_neg(plant)), figure(edge_pos(plant)))
-        }
-        Shape::ZeroCrossing => {
-            format!("the straight part of the curve meets zero speed at {} V", figure(zero_crossing(plant)))
-        }
-        Shape::Told(sentence) => sentence.into(),
-    }
-}
-
-fn slopes(plant: &Physics, given: &Physics, unit: SpeedUnit) -> String {
-    let per_volt = |w: f64| format!("{} {}/V", figure(w / unit.rad_s), unit.name);
-    format!(
-        "below any limit the table rises by {}, the model as given by {}: a factor of {}",
-        per_volt(slope(plant)),
-        per_volt(slope(given)),
-        figure(slope(plant) / slope(given))
-    )
 }
 
 /// Regions of the voltage axis that the found edges and knees part, as (label, from, to) in |u|; thirds where there are none.

@@ -8,7 +8,7 @@ pub static COULOMB_ASYMMETRIC: Effect = Effect {
     summary: "constant friction, different in the two directions",
     equation: "T = −pos for ω > 0, +neg for ω < 0",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994; measured: Janot, Gautier, Brunot, EMPS reference models, 2019",
-    signature: "as coulomb_friction, with different heights for the two directions; equals coulomb_friction with constant_load while it slides",
+    signature: "the trace of coulomb_friction, with different heights for the two directions; equals coulomb_friction with constant_load while it slides",
     confusable_with: &[&CONSTANT_LOAD, &COULOMB_FRICTION, &VOLTAGE_OFFSET],
     separated_by: "rest: friction holds the axis, a constant load moves it",
     parameters: &[

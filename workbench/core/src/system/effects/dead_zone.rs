@@ -43,7 +43,7 @@ pub static DEAD_ZONE_ASYMMETRIC: Effect = Effect {
     summary: "small inputs have no effect, with different widths for the two directions",
     equation: "v = u − pos for u > pos, u + neg for u < −neg, else 0",
     source: "Tao, Kokotović: Adaptive Control of Systems with Actuator and Sensor Nonlinearities, 1996",
-    signature: "as dead_zone, with different heights for the two signs of u",
+    signature: "the trace of dead_zone, with different heights for the two signs of u",
     confusable_with: &[&DEAD_ZONE, &COULOMB_ASYMMETRIC, &VOLTAGE_OFFSET],
     separated_by: "slow triangle in both directions, then square reversals",
     parameters: &[

@@ -12,13 +12,14 @@ pub static FLEXIBLE_COUPLING: Effect = Effect {
     confusable_with: &[&BACKLASH, &ACTUATOR_LAG, &PERIODIC_LOAD],
     separated_by: "chirp through the resonance, sampled five times faster than it",
     parameters: &[
-        Parameter::new("stiffness_nm_per_rad", "N m/rad", Scale::Stiffness, 1.0, 1e6),
+        Parameter::new("stiffness_nm_per_rad", "N m/rad", Scale::Stiffness, 0.1, 1e6),
         Parameter::new("damping", "N m s/rad", Scale::Viscous, 0.0, 300.0),
         Parameter::new("load_share", "1", Scale::One, 0.02, 0.98),
     ],
-    // Lightly damped resonances at 3, 4.5, 7 … 100 over the time constant: a fit finds its way only from a frequency that is
+    // Lightly damped resonances at 1.3, 3, 4.5, 7 … 100 over the time constant: a fit finds its way only from a frequency that is
     // not a third off.
     starts: Starts::Grid(&[
+        &[0.4, 0.06, 0.4],
         &[2.2, 0.14, 0.4],
         &[4.9, 0.22, 0.4],
         &[12.0, 0.34, 0.4],

@@ -15,7 +15,7 @@ pub static QUADRATIC_DRAG: Effect = Effect {
     parameters: &[Parameter::new("drag_nms2", "N m s²/rad²", Scale::Drag, 0.0, 5.0)],
     starts: Starts::Grid(&[&[0.01], &[0.05], &[0.15], &[0.5]]),
     domain: Domain::FastMotion,
-    offered: Offered::Both(Steady::new(Role::Representative, Shape::BEND)),
+    offered: Offered::Both(Steady::new(Role::Representative, Shape::Bend)),
     on_chip: OnChip::Known,
     apply: |p, plant| plant.torques.push(TorqueLaw::new(Law::Drag, [p[0], 0.0, 0.0], Acts::Motor)),
     ..Effect::USUAL

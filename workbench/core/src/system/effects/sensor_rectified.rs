@@ -13,10 +13,7 @@ pub static SENSOR_RECTIFIED: Effect = Effect {
     separated_by: "one reversal",
     parameters: &[],
     starts: Starts::Grid(&[&[]]),
-    offered: Offered::Both(
-        Steady::new(Role::Representative, Shape::Told("the reading is positive in both directions"))
-            .needs(Needs::Magnitudes),
-    ),
+    offered: Offered::Both(Steady::new(Role::Representative, Shape::Own).needs(Needs::Magnitudes)),
     apply: |_, plant| plant.sensor_rectified = true,
     ..Effect::USUAL
 };

@@ -11,7 +11,7 @@ pub static SPEED_SATURATION: Effect = Effect {
     signature: "residual only at speeds above the limit, where the reading is flat and free of noise",
     confusable_with: &[&VOLTAGE_SATURATION, &CURRENT_LIMIT],
     separated_by: "release from full voltage to half: a clamped reading stays flat for a while",
-    parameters: &[Parameter::new("limit_rad_s", "rad/s", Scale::Speed, 0.03, 1.5)],
+    parameters: &[Parameter::new("limit_rad_s", "rad/s", Scale::Speed, 0.03, 1.5).meaning(Meaning::Ceiling)],
     starts: Starts::Quantiles(Signal::Speed, &[]),
     offered: Offered::Both(Steady::new(Role::Rival, Shape::Limit)),
     apply: |p, plant| plant.sensor_limit = plant.sensor_limit.min(p[0]),

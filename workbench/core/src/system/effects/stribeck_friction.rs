@@ -8,7 +8,7 @@ pub static STRIBECK_FRICTION: Effect = Effect {
     summary: "friction whose breakaway level lies above the kinetic level",
     equation: "T = −sign(ω)·(level + (breakaway − level)·exp(−(ω/ωs)²))",
     source: "Armstrong-Hélouvry, Dupont, Canudas de Wit, Automatica 30(7), 1994",
-    signature: "as coulomb_friction, with an excess near standstill",
+    signature: "the trace of coulomb_friction, with an excess near standstill",
     confusable_with: &[&COULOMB_FRICTION],
     separated_by: "slow triangles through zero speed, many of them",
     parameters: &[
@@ -16,24 +16,14 @@ pub static STRIBECK_FRICTION: Effect = Effect {
         Parameter::new("breakaway_nm", "N m", Scale::Torque, 0.0, 0.9),
         Parameter::new("stribeck_rad_s", "rad/s", Scale::Speed, 0.003, 0.4),
     ],
-    starts: Starts::Grid(&[
-        &[0.02, 0.04, 0.02],
-        &[0.05, 0.1, 0.05],
-        &[0.12, 0.2, 0.03],
-        &[0.25, 0.4, 0.05],
-    ]),
+    starts: Starts::Grid(&[&[0.02, 0.04, 0.02], &[0.05, 0.1, 0.05], &[0.12, 0.2, 0.03], &[0.25, 0.4, 0.05]]),
     family: Family::DryFriction,
     domain: Domain::SlowMotion,
     form: Form::Rich,
     offered: Offered::Both(
-        Steady::new(
-            Role::Refinement,
-            Shape::Told(
-                "it takes more voltage to start the motor than to keep it turning: the rows depend on the rows before",
-            ),
-        )
-        // A steady state cannot tell the kinetic level from a dead zone.
-        .forms(Forms::FromRest(&[Some(0.0), None, None])),
+        Steady::new(Role::Refinement, Shape::Own)
+            // A steady state cannot tell the kinetic level from a dead zone.
+            .forms(Forms::FromRest(&[Some(0.0), None, None])),
     ),
     on_chip: OnChip::Known,
     apply: |p, plant| {

@@ -17,7 +17,7 @@ pub static SUPPLY_SAG: Effect = Effect {
     ],
     starts: Starts::Grid(&[&[0.02, 0.0], &[0.1, 0.0], &[0.3, 0.0], &[0.8, 0.0]]),
     axis: Axis::Winding,
-    offered: Offered::Both(Steady::new(Role::Representative, Shape::BEND).forms(Forms::Plain)),
+    offered: Offered::Both(Steady::new(Role::Representative, Shape::Bend).forms(Forms::Plain)),
     // The duty is the voltage over the supply that the chip measures.
     on_chip: OnChip::Known,
     apply: |p, plant| {

@@ -19,10 +19,7 @@ pub static VISCOUS_ASYMMETRIC: Effect = Effect {
     family: Family::Viscous,
     domain: Domain::FastMotion,
     form: Form::Rich,
-    offered: Offered::Both(
-        Steady::new(Role::Refinement, Shape::Told("the slope differs between the directions"))
-            .needs(Needs::Reversal),
-    ),
+    offered: Offered::Both(Steady::new(Role::Refinement, Shape::Own).needs(Needs::Reversal)),
     relations: Relations { inseparable_from: &[&VISCOUS_FRICTION], ..Relations::NONE },
     on_chip: OnChip::Known,
     apply: |p, plant| {

@@ -26,7 +26,7 @@ pub(super) fn ask(record: &Dynamic, plan: &Plan, time: Time, answer: Option<Answ
 
 fn about_answer(answer: Option<Answer>) -> Vec<(bool, String)> {
     let Some(answer) = answer else {
-        let what = "The output does not visibly follow the input: check that both belong to one motor.";
+        let what = "No change of the input shows in the output: log from before a step until it has settled. If the log does, check that both belong to one motor.";
         return vec![(true, what.into())];
     };
     let against = "The speed falls when the input rises: unless a brake is measured, turn one sign round with *-1 in --columns.";

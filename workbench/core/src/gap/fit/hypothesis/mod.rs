@@ -32,6 +32,11 @@ pub trait Data: Sync {
     /// Step of the numeric derivative of a number, which may be a parameter of an effect.
     fn step(&self, slot: &Slot, parameter: Option<&Parameter>) -> f64;
 
+    /// Smallest value of a parameter, in units of its scale.
+    fn least(&self, parameter: &Parameter) -> f64 {
+        parameter.lower
+    }
+
     /// The plant of base parameters, without any effect.
     fn base(&self, model: &Model, kind: &Kind) -> Physics;
 
@@ -134,7 +139,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
         match self.slots[slot] {
             Slot::Effect { item, parameter } => {
                 let parameter = &self.items[item].effect.parameters[parameter];
-                (parameter.lower, parameter.upper)
+                (self.dataset.least(parameter), parameter.upper)
             }
             Slot::Base { .. } => {
                 let reach = self.dataset.reach(self.model);
@@ -216,6 +221,11 @@ impl<'a, D: Data> Hypothesis<'a, D> {
 
     /// The base with its moved parameters, without known effects.
     fn base(&self, x: &[f64]) -> Physics {
+        self.dataset.base(self.model, &self.kind(x))
+    }
+
+    /// The base parameters where they have moved to.
+    pub fn kind(&self, x: &[f64]) -> Kind {
         let mut kind = self.model.kind;
         for (slot, z) in self.slots.iter().zip(x) {
             if let Slot::Base { key, nominal, tolerance, twin } = slot {
@@ -225,7 +235,7 @@ impl<'a, D: Data> Hypothesis<'a, D> {
                 }
             }
         }
-        self.dataset.base(self.model, &kind)
+        kind
     }
 
     /// Carries the numbers of another hypothesis over to this one; what it lacks gets `default`.

@@ -24,6 +24,9 @@ const FITTED_WINDING: f64 = 0.25;
 /// Chosen by judgement; not studied.
 const NOTICEABLE_WINDING: f64 = 0.003;
 
+/// The fastest reading lies so many times the noise above what it would be without. Chosen by judgement; not studied.
+const SCATTER: f64 = 4.0;
+
 /// Step of the derivative with respect to the logarithm of a number of a motor, at most. What a log does not see (R,
 /// J and b together) must not seem seen because a large step bends. Chosen by judgement; not studied.
 const BASE_STEP: f64 = 2e-3;
@@ -132,6 +135,12 @@ impl Data for Dataset {
             (_, Some((Scale::Stiffness, _))) => 0.01,
             _ => 1e-3,
         }
+    }
+
+    fn least(&self, parameter: &Parameter) -> f64 {
+        let read = (self.fastest - SCATTER * self.sigma) / self.scales.speed;
+        let least = if parameter.meaning == Meaning::Ceiling { read } else { parameter.lower };
+        least.clamp(parameter.lower, parameter.upper)
     }
 
     fn base(&self, model: &Model, kind: &Kind) -> Physics {

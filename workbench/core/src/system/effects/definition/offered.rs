@@ -60,13 +60,10 @@ pub enum Shape {
     Edges,
     /// It shifts the voltage about which the curve is symmetric.
     ZeroCrossing,
-    /// No figure tells it, but this sentence.
-    Told(&'static str),
-}
-
-impl Shape {
-    /// The speed falls behind the straight line, ever more.
-    pub const BEND: Self = Self::Told("the curve bends downwards as the speed grows");
+    /// It bends the curve: the speed falls behind the straight line, ever more.
+    Bend,
+    /// Another shape for each effect.
+    Own,
 }
 
 /// What a table must hold for an effect to be offered.
@@ -143,7 +140,10 @@ impl Effect {
         let (Some(own), Some(others)) = (self.steady(), other.steady()) else {
             return false;
         };
-        let one_shape = own.shape == others.shape && !self.is_base_parameter() && !other.is_base_parameter();
+        let one_shape = own.shape == others.shape
+            && own.shape != Shape::Own
+            && !self.is_base_parameter()
+            && !other.is_base_parameter();
         one_shape || own.never_beside.contains(&other) || others.never_beside.contains(&self)
     }
 }

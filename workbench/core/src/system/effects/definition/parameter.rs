@@ -38,6 +38,8 @@ pub enum Meaning {
     Frequency,
     /// How a log begins: it says nothing of another log.
     AtStart,
+    /// No reading lies above it.
+    Ceiling,
 }
 
 impl Parameter {
