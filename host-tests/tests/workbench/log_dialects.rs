@@ -408,3 +408,18 @@ fn the_model_s_supply_and_encoder_complete_a_log() {
     );
     assert!(reading.notes.iter().any(|note| note.contains("24 V")), "{:?}", reading.notes);
 }
+
+#[test]
+fn what_counts_the_rows_is_no_speed() {
+    let rows = data(9);
+    let numbered = |first: usize| {
+        let row = |(k, [t, u, w]): (usize, &[String; 3])| format!("{t},{},{u},{w}\n", first + k);
+        let text: String = rows.iter().enumerate().map(row).collect();
+        format!("t_s,n,u_v,speed\n{text}")
+    };
+    let error = read(numbered(42).as_bytes(), "").expect_err("a speed without a unit");
+    assert!(error.contains("=speed") && !error.contains("=n"), "{error}");
+    let steps = numbered(42).replace(",101,", ",140,");
+    let error = read(steps.as_bytes(), "").expect_err("two speeds without a unit");
+    assert!(error.contains("=n"), "{error}");
+}

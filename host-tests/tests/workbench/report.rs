@@ -520,3 +520,26 @@ fn what_is_left_stands_beside_the_names() {
     let plain: serde_json::Value = serde_json::from_str(&Json.export(&outcome()).unwrap()).unwrap();
     assert!(plain.get("final").is_none());
 }
+
+/// The number of the headline tells how much there is of an effect, and is not the first in the alphabet.
+#[test]
+fn a_coupling_is_told_by_its_stiffness_and_a_friction_never_by_nothing() {
+    let told = |name: &str, numbers: &[(&str, Value)]| {
+        let mut named = outcome();
+        named.verdict = Verdict::Named;
+        named.ties.clear();
+        named.effects.truncate(1);
+        named.effects[0] = effect(name, (numbers[0].0, numbers[0].1.clone()), None);
+        named.effects[0]
+            .parameters
+            .extend(numbers.iter().map(|(key, value)| (key.to_string(), value.clone())));
+        let text = Terminal.export(&named).unwrap();
+        text.split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let stiffness = ("stiffness_nm_per_rad", value(0.23, 0.01, "N m/rad"));
+    let text = told("flexible_coupling", &[stiffness, ("damping", value(0.017, 0.001, "N m s/rad"))]);
+    assert!(text.contains("The model lacks flexible_coupling of 0.23 N m/rad"), "{text}");
+    let nothing = ("breakaway_nm", Value { value: 0.0, std: None, unit: "N m".into() });
+    let text = told("stribeck_friction", &[nothing, ("level_nm", value(0.02, 0.001, "N m"))]);
+    assert!(text.contains("The model lacks stribeck_friction of 0.02 N m"), "{text}");
+}

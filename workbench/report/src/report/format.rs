@@ -246,7 +246,7 @@ const BESIDE: [&str; 5] = ["contact_s", "damping", "bus_farad", "cubic_nm_per_ra
 /// A name with its size, where it has one: `dead_zone of 0.65 V`. Two sides have two sizes.
 fn sized(effect: &NamedEffect) -> String {
     let measured = |(name, v): &(&String, &Value)| {
-        is_told_from_nothing(v) && !v.unit.is_empty() && v.unit != "1" && !BESIDE.contains(&name.as_str())
+        is_told_from_nothing(v) && v.value != 0.0 && v.unit != "1" && !BESIDE.contains(&name.as_str())
     };
     let between = effect.derived.iter().find(|(name, _)| name.contains(MINUS));
     let known = effects::find(&effect.name);

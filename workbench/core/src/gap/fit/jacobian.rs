@@ -54,11 +54,6 @@ impl Jacobian {
         Self { few: (0..columns.len()).map(|slot| problem.few(slot)).collect(), columns }
     }
 
-    /// Without derivatives yet.
-    pub fn empty(problem: &impl Problem, numbers: usize) -> Self {
-        Self::new(problem, vec![Vec::new(); numbers])
-    }
-
     /// Differences to both sides, within the bounds. Where numbers can be traded for each other their columns cancel, and what a
     /// one-sided difference bends by would pass for information, the more the lower the noise.
     pub fn probed(problem: &mut impl Problem, x: &[f64]) -> Self {
@@ -71,7 +66,7 @@ impl Jacobian {
         let mut moved = vec![Vec::new(); places.len()];
         problem.probed_near(x, &places, &mut moved);
         let (high, low) = moved.split_at(up.places.len());
-        let mut made = Self::empty(problem, x.len());
+        let mut made = Self::new(problem, vec![Vec::new(); x.len()]);
         made.take(&up, low, high);
         made
     }
@@ -230,7 +225,7 @@ mod tests {
         assert_eq!(few.normal(), plain.normal());
         let residuals: Vec<f64> = (0..8).map(f64::from).collect();
         assert_eq!(few.gradient(&residuals), plain.gradient(&residuals));
-        let mut renewed = Jacobian::empty(&Runs, 3);
+        let mut renewed = Jacobian::new(&Runs, vec![Vec::new(); 3]);
         let mut here = Vec::new();
         Runs.residuals(&x, &mut here);
         renewed.renew(&mut Runs, &x, &here, 0..3);

@@ -45,7 +45,7 @@ pub struct Solution {
 
 /// Solves a problem from a start.
 pub fn solve(problem: &mut impl Problem, start: &[f64], schedule: &Schedule) -> Solution {
-    let empty = Jacobian::empty(problem, start.len());
+    let empty = Jacobian::new(problem, vec![Vec::new(); start.len()]);
     Descent::new(problem, start, schedule, empty, 0..start.len()).run()
 }
 
@@ -66,7 +66,7 @@ pub fn solve_near(
 /// Goes on from a solution with differences to both sides: along a valley in which numbers are traded for each other, down to where their
 /// priors are least strained. One-sided differences do not see that the valley is level.
 pub fn settled(problem: &mut impl Problem, start: &[f64], schedule: &Schedule) -> Solution {
-    let empty = Jacobian::empty(problem, start.len());
+    let empty = Jacobian::new(problem, vec![Vec::new(); start.len()]);
     let mut descent = Descent::new(problem, start, schedule, empty, 0..0);
     for _ in 0..schedule.iterations {
         descent.jacobian = Jacobian::probed(descent.problem, &descent.x);

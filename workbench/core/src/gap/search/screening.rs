@@ -54,7 +54,7 @@ impl Projector {
         let mut evaluator = Evaluator::new(&parent.hypothesis, &SEARCH);
         let mut residuals = Vec::new();
         evaluator.residuals(&parent.fit.x, &mut residuals);
-        let mut jacobian = Jacobian::empty(&evaluator, parent.fit.x.len());
+        let mut jacobian = Jacobian::new(&evaluator, vec![Vec::new(); parent.fit.x.len()]);
         jacobian.renew(&mut evaluator, &parent.fit.x, &residuals, 0..parent.fit.x.len());
         let mut normal = jacobian.normal();
         for k in 0..parent.fit.x.len() {

@@ -102,7 +102,10 @@ impl Desk<'_> {
             let extent = Extent::of(self.cells.values(index))?;
             // What never changes drives nothing and shows nothing; a supply may.
             let changes = extent.min < extent.max || topic == Topic::Supply || self.cells.rows < 2;
-            Some((index, meaning, extent)).filter(|_| changes && !used.contains(&index))
+            // Nor does what counts the rows.
+            let counts = extent.step == 1.0 && extent.max - extent.min == self.cells.rows as f64 - 1.0;
+            let tells = changes && (!counts || topic == Topic::Time);
+            Some((index, meaning, extent)).filter(|_| tells && !used.contains(&index))
         });
         let mut found: Vec<_> = of_it.collect();
         found.sort_by_key(|known| (known.1.sure == Sure::Likely, known.1.unit.is_none()));
