@@ -219,6 +219,27 @@ fn a_sensor_that_stands_while_the_motor_is_driven_both_ways_is_cut_out() {
     }
 }
 
+/// Driven to and fro for 70 ms it goes less than a count.
+#[test]
+fn a_shaft_that_is_reversed_faster_than_it_turns_has_not_stopped() {
+    let (model, right) = (parsed(MODEL), rows(41, 2.0, 0.05));
+    let step = right[1][0] - right[0][0];
+    let hard = right.iter().map(|row| row[1].abs()).fold(0.0, f64::max);
+    let standing = (0..28).map(|k| {
+        let mut row = right[0];
+        (row[0], row[1], row[2]) = (step * f64::from(k), if k / 7 % 2 == 0 { hard } else { -hard }, 0.0);
+        row
+    });
+    let mut driven: Vec<Row> = standing.collect();
+    driven.extend(right.iter().map(|row| {
+        let mut row = *row;
+        row[0] += 28.0 * step;
+        row
+    }));
+    let found = examine::put_right(&model, &logged(SPEED, &driven, |_| ()), &[]);
+    assert!(found.notes.iter().all(|note| !note.contains("left out")), "{:?}", found.notes);
+}
+
 #[test]
 fn bad_cells_are_taken_out_and_told_by_their_line() {
     let right = rows(51, 2.0, 0.05);

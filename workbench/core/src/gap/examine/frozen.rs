@@ -16,7 +16,7 @@ const VARIES: f64 = 0.2;
 const SHORT: usize = 4;
 /// Rows of a stretch that must drive harder than usual, in each direction. Chosen by judgement, tried with the others
 /// of `examine`.
-const DRIVEN: usize = 5;
+const DRIVEN: usize = 15;
 /// A leap is so many times the longest step of the record. Chosen by judgement, tried with the others of `examine`.
 const LEAP: f64 = 2.0;
 /// Share of a log that must be left, or nothing is cut out. Chosen by judgement, tried with the others of `examine`.
