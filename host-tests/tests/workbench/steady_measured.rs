@@ -129,15 +129,3 @@ fn a_limit_that_differs_between_the_directions_is_named() {
     assert!((limits["pos_v"].value - 8.7).abs() < 0.05, "{limits:?}");
     assert!((limits["neg_v"].value - 6.2).abs() < 0.05, "{limits:?}");
 }
-
-/// While the log was taken the supply sagged: its top is flatter than in the other file.
-#[test]
-fn a_name_with_which_another_file_is_predicted_worse_is_none() {
-    let zone = |u: f64| GAIN * (u.abs() - 1.4).max(0.0) * u.signum();
-    let volts = || (-24..=24).map(|k| 0.5 * f64::from(k));
-    let log = table(volts(), |u| zone(u).clamp(-zone(9.0), zone(9.0)));
-    let alone = truing::gap::tables::run(&motor(), &log, &[], &[]);
-    assert_eq!(alone.effects.len(), 2, "{:?}", names(&alone));
-    let outcome = truing::gap::tables::run(&motor(), &log, &[table(volts(), zone)], &[]);
-    assert_eq!(names(&outcome), ["dead_zone"]);
-}

@@ -4,8 +4,10 @@ use crate::gap::dataset::{Dataset, FINE, FullPass, GridRun, Part};
 use crate::gap::fit::hypothesis::Hypothesis;
 use crate::gap::fit::scored::Scored;
 use crate::gap::residual::{fit_percent, rms};
-use crate::outcome::HoldOut;
+use crate::outcome::{HoldOut, Step};
+use crate::system::effects::Effect;
 use crate::system::plant::physics::Physics;
+use crate::text::figures::gap;
 
 /// Measured and predicted values of some parts, in order.
 #[derive(Clone, Debug, Default)]
@@ -128,4 +130,16 @@ pub fn held_out_variation(dataset: &Dataset) -> f64 {
     let measured: Vec<f64> = dataset.runs.iter().flat_map(held_out).collect();
     let mean = measured.iter().sum::<f64>() / measured.len().max(1) as f64;
     measured.iter().map(|y| (y - mean).powi(2)).sum()
+}
+
+/// Why an effect is named.
+pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
+    let (from, to) = (gap(before.gap), gap(after.gap));
+    let (summary, trace) = (effect.summary, effect.signature);
+    if from == to || after.gap >= before.gap {
+        return format!(
+            "It lowers the held-out gap together with the other names, not alone ({from} and {to} {unit}): {summary}. It shows as: {trace}."
+        );
+    }
+    format!("The held-out gap falls from {from} to {to} {unit} with it: {summary}. It shows as: {trace}.")
 }

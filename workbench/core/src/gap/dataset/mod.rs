@@ -79,7 +79,7 @@ pub struct Dataset {
     pub noise_lag: usize,
     /// Standard deviation of the compared signal's noise.
     pub sigma: f64,
-    /// The part of it that the declared encoder's steps make; 0: none is declared.
+    /// The part of it that the declared encoder's steps make in a logged speed, row by row; 0 elsewhere.
     pub resolution: f64,
     /// Standard deviation of the current's noise, if the current is compared.
     pub sigma_current: Option<f64>,

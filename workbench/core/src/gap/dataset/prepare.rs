@@ -36,6 +36,7 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         }
     };
     let runs: Vec<GridRun> = runs.into_iter().enumerate().map(folded).collect();
+    let logged = log.runs.iter().all(|run| run.speed.is_some()) && observation.thinning == 1;
     Ok(Dataset {
         input: log.input,
         linear: log.linear,
@@ -47,7 +48,7 @@ pub fn prepare(model: &Model, log: &Dynamic, others: &[impl Borrow<Dynamic>]) ->
         },
         noise_lag: observation.noise_lag,
         sigma: noise.speed,
-        resolution: observation.resolution(),
+        resolution: if logged { observation.resolution() } else { 0.0 },
         fastest: largest(runs.iter().flat_map(|run| run.speed.measured.iter().copied())),
         sigma_current: noise.current,
         twins: match &searched {

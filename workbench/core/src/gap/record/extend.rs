@@ -1,6 +1,6 @@
 //! The model of a record, extended by what was found, and what it predicts: the one result.
 
-use crate::gap::acceptance::prediction::{HeldOut, compared, position_gap};
+use crate::gap::acceptance::prediction::{HeldOut, compared, position_gap, sentence};
 use crate::gap::dataset::{Dataset, FullPass};
 use crate::gap::fit::hypothesis::{Hypothesis, Slot};
 use crate::gap::fit::samples::{Sample, seen};
@@ -221,7 +221,7 @@ fn named(
         NamedEffect {
             gap_before: steps[place - 1].gap,
             gap_after: steps[place].gap,
-            evidence: [sentences::sentence(effect, &steps[place - 1], &steps[place], dataset.unit())]
+            evidence: [sentence(effect, &steps[place - 1], &steps[place], dataset.unit())]
                 .into_iter()
                 .chain(sides)
                 .collect::<Vec<String>>()

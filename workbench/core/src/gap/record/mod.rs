@@ -3,7 +3,7 @@
 mod estimate;
 mod excitation;
 mod extend;
-pub(in crate::gap) mod sentences;
+mod sentences;
 mod sides;
 mod verdict;
 

@@ -1,22 +1,8 @@
 //! Sentences for people.
 
 use crate::gap::search::{Found, Scored};
-use crate::outcome::{Rival, Step, Tie};
-use crate::system::effects::Effect;
+use crate::outcome::{Rival, Tie};
 use crate::system::threads::of_each;
-use crate::text::figures::gap;
-
-/// Why an effect is named.
-pub fn sentence(effect: &Effect, before: &Step, after: &Step, unit: &str) -> String {
-    let (from, to) = (gap(before.gap), gap(after.gap));
-    let (summary, trace) = (effect.summary, effect.signature);
-    if from == to || after.gap >= before.gap {
-        return format!(
-            "It lowers the held-out gap together with the other names, not alone ({from} and {to} {unit}): {summary}. It shows as: {trace}."
-        );
-    }
-    format!("The held-out gap falls from {from} to {to} {unit} with it: {summary}. It shows as: {trace}.")
-}
 
 /// Explanations that lost, and why.
 pub fn rivals(found: &Found, ties: &[Tie], gap_of: impl Fn(&Scored) -> f64 + Sync) -> Vec<Rival> {
@@ -34,7 +20,9 @@ pub fn rivals(found: &Found, ties: &[Tie], gap_of: impl Fn(&Scored) -> f64 + Syn
 fn reason(other: &Scored, best: &Scored) -> String {
     let left = |set: &Scored| (set.fit.chi2 / set.fit.samples.max(1) as f64).sqrt();
     let missing = |set: &Scored, from: &Scored| {
-        let has = |effect: &Effect| from.hypothesis.items.iter().any(|item| item.effect == effect);
+        let has = |effect: &crate::system::effects::Effect| {
+            from.hypothesis.items.iter().any(|item| item.effect == effect)
+        };
         let effects = set.hypothesis.items.iter().map(|item| item.effect);
         effects.into_iter().find(|effect| !has(effect))
     };

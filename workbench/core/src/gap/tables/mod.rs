@@ -60,7 +60,7 @@ fn analysed(model: &Model, log: &Table, holdouts: &[Table], without: &[String]) 
         held_out: &held_out(&rows, holdouts),
         separate_files: !holdouts.is_empty(),
     };
-    Ok(case.outcome(&case.agreed(search.canonical(found))))
+    Ok(case.outcome(&search.canonical(found)))
 }
 
 fn held_out<'a>(rows: &'a Rows, holdouts: &'a [Table]) -> HeldOut<'a> {

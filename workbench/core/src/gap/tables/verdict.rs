@@ -44,17 +44,6 @@ pub fn insufficient(log: &Table, reason: String) -> Outcome {
 }
 
 impl Case<'_> {
-    /// The set without the names without which other files are predicted better.
-    pub fn agreed<'s>(&'s self, set: Set<'s>) -> Set<'s> {
-        let gap = |set: &Set| self.gap(set, SpeedUnit::of(1.0));
-        let fewer = (0..set.hypothesis.items.len()).filter_map(|k| self.search.without(&set, k));
-        let best = fewer.filter(|_| self.separate_files).min_by(|a, b| gap(a).total_cmp(&gap(b)));
-        match best.filter(|best| gap(best) < gap(&set)) {
-            Some(best) => self.agreed(best),
-            None => set,
-        }
-    }
-
     /// The result for an accepted set.
     pub fn outcome(&self, accepted: &Set) -> Outcome {
         let whole = self.search.rows.all_fitted();

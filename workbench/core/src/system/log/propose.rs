@@ -102,9 +102,9 @@ impl Desk<'_> {
             let extent = Extent::of(self.cells.values(index))?;
             // What never changes drives nothing and shows nothing; a supply may.
             let changes = extent.min < extent.max || topic == Topic::Supply || self.cells.rows < 2;
-            // Nor does what counts the rows.
+            // Nor does what counts the rows show any motion.
             let counts = extent.step == 1.0 && extent.max - extent.min == self.cells.rows as f64 - 1.0;
-            let tells = changes && (!counts || topic == Topic::Time);
+            let tells = changes && !(counts && [Topic::Speed, Topic::Position].contains(&topic));
             Some((index, meaning, extent)).filter(|_| tells && !used.contains(&index))
         });
         let mut found: Vec<_> = of_it.collect();
