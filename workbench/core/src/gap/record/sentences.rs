@@ -33,20 +33,3 @@ fn reason(other: &Scored, best: &Scored) -> String {
     }
     text
 }
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    fn said(before: f64, after: f64) -> String {
-        let step = |gap: f64| Step { label: String::new(), gap };
-        sentence(crate::system::effects::LIBRARY[0], &step(before), &step(after), "rad/s")
-    }
-
-    #[test]
-    fn a_gap_falls_only_where_it_falls() {
-        assert!(said(1.6, 1.5).contains("falls from 1.600 to 1.500 rad/s"));
-        assert!(!said(1.5381, 1.5379).contains("falls"), "the same figure twice");
-        assert!(!said(0.6725, 0.6823).contains("falls"));
-    }
-}
