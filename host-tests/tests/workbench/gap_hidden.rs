@@ -5,6 +5,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution, Normal};
 use servo::axis::Bridge;
+use truing::gap::fit::hypothesis::{Hypothesis, Item};
 use truing::gap::{self, Options};
 use truing::outcome::{Grade, Outcome, Verdict};
 use truing::synthetic::reference_plant::record::{Row, Window, simulate};
@@ -12,6 +13,7 @@ use truing::synthetic::reference_plant::state;
 use truing::synthetic::reference_plant::{
     Command, Friction, Knee, Law, Motor, Simulator, Split, Tacho, Thermal, Train,
 };
+use truing::system::effects;
 use truing::system::log::{Dynamic, Input, Run};
 use truing::system::model::{self, Model};
 
@@ -427,13 +429,21 @@ fn a_name_that_a_hold_out_misses_stands_and_something_is_left() {
 
 /// The drive gives no more in the log; the hold-out shows that its sensor does.
 #[test]
-fn a_reading_beyond_it_denies_a_limit_of_the_sensor() {
+fn a_limit_of_the_sensor_lies_at_the_fastest_reading_of_all_records() {
     let mut hidden = motor();
     hidden.drive.limit_v = [7.0; 2];
-    let (log, holdout) = (recorded(&hidden, 151), recorded(&motor(), 152));
-    let outcome = gap::run(&nominal(), &log, &[holdout], &Options::default(), &|_| {}).unwrap();
-    assert!(!names(&outcome).contains(&"speed_saturation"), "{:?}", names(&outcome));
-    assert!(!outcome.ties.iter().flat_map(|tie| tie.rivals.concat()).any(|name| name == "speed_saturation"));
+    let (model, log, holdout) = (nominal(), recorded(&hidden, 151), recorded(&motor(), 152));
+    let fastest = |record: &Dynamic| {
+        record.runs[0].speed.as_ref().unwrap().iter().fold(0.0, |a: f64, b| b.abs().max(a))
+    };
+    assert!(fastest(&holdout) > 1.2 * fastest(&log));
+    for (given, allowed) in [(vec![], fastest(&log)), (vec![&holdout], fastest(&holdout))] {
+        let dataset = gap::made_ready(&model, &log, &given).unwrap();
+        let limit = effects::find("speed_saturation").unwrap();
+        let clamped = Hypothesis::new(&dataset, &model, vec![Item::plain(limit)]);
+        let least = clamped.bounds(0).0 * dataset.scales.speed;
+        assert!((0.97 * allowed..allowed).contains(&least), "{least} rad/s, and {allowed} was read");
+    }
 }
 
 #[test]
