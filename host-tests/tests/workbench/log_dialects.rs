@@ -264,7 +264,7 @@ fn damaged_and_odd_files_are_read_or_named_by_line_and_remedy() {
         (
             "no header",
             good.lines().skip(1).collect::<Vec<_>>().join("\n").into_bytes(),
-            Says(&["line 1", "header line"]),
+            Says(&["line 1", "header line", "(c1, c2, c3)", "--columns \"t_ms=c1,u_v=c2"]),
         ),
         (
             "names are missing",

@@ -28,12 +28,8 @@ pub fn fault(motion: &Motion, record: &Dynamic, base: &Base, fitted: bool) -> Op
     }
     let explained = |drive: &Drive| motion.driven_by(drive.0).explained_within(base, fitted);
     let may = |drive: &&Drive| motion.turns_one_way((drive.0(1.0) + drive.0(-1.0)).signum());
-    let best = DRIVES
-        .iter()
-        .filter(may)
-        .map(|drive| (explained(drive), drive))
-        .max_by(|a, b| a.0.total_cmp(&b.0))?;
-    let (explained, (makes, what, expression)) = best;
+    let drives = DRIVES.iter().filter(may).map(|drive| (explained(drive), drive));
+    let (explained, (makes, what, expression)) = drives.max_by(|a, b| a.0.total_cmp(&b.0))?;
     let column = record.input.column();
     let remedy = record.names.mended(&[(column, &|theirs| expression.replace("{}", &theirs.text))]);
     (explained > MOST).then(|| (explained, Suspect::new(column, *what, remedy, 1.0, 1.0), *makes))

@@ -64,13 +64,11 @@ impl<'a> Search<'a, '_> {
             .flat_map_iter(|index| {
                 let single = search.without(&scored, index, &SEARCH);
                 let left = place(&single, is_friction).expect("the other one");
-                let forms = search.variants(&single.hypothesis, left);
-                let forms: Vec<Scored<'a>> = forms
-                    .into_iter()
-                    .filter_map(|item| search.replaced(&single, left, item))
-                    .map(|other| search.refit(&other, &SEARCH))
-                    .collect();
-                forms.into_iter().chain([single])
+                let forms = search.variants(&single.hypothesis, left).into_iter();
+                let forms = forms.filter_map(|item| search.replaced(&single, left, item));
+                let mut forms: Vec<Scored<'a>> = forms.map(|other| search.refit(&other, &SEARCH)).collect();
+                forms.push(single);
+                forms
             })
             .collect();
         let near = near(&scored, 1.0 + self.limits.stays, 1.0 + self.limits.stays);

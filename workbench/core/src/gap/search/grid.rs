@@ -23,10 +23,8 @@ pub(super) fn screened<'g>(grid: &[&'g Vec<f64>], ask: impl Fn(&[&'g Vec<f64>]) 
     let Some(size) = best.and_then(|(_, row)| sizes.iter().position(|size| size[0][0] == row[0])) else {
         return starts;
     };
-    let reach = EVERY / 2;
-    let near: Vec<usize> = (size.saturating_sub(reach)..=(size + reach).min(sizes.len() - 1))
-        .filter(|place| !coarse.contains(place))
-        .collect();
+    let near = size.saturating_sub(EVERY / 2)..=(size + EVERY / 2).min(sizes.len() - 1);
+    let near: Vec<usize> = near.filter(|place| !coarse.contains(place)).collect();
     starts.extend(ask(&of(&near)));
     starts
 }

@@ -363,21 +363,24 @@ impl Desk<'_> {
 
     /// What to say when nothing can be proposed: the likeliest mistyped column, if there is one.
     fn missing(&self, wanted: &str, stems: &[&str]) -> String {
-        let used =
-            |index: usize| self.plan.origins.iter().any(|origin| origin.formula.indices().contains(&index));
+        let used = |index: usize| self.plan.origins.iter().any(|it| it.formula.indices().contains(&index));
         let near = self.cells.header.iter().enumerate().find(|(index, name)| {
             let begins = stems.iter().any(|stem| name.to_lowercase().starts_with(stem));
             begins && quantity_of(name).is_none() && !used(*index)
         });
-        let headless = self.cells.dialect.as_ref().filter(|dialect| dialect.headless);
-        let headless = headless.map_or("", |_| "the file has no header line; ");
         let listed = self.cells.header.join(", ");
+        if self.cells.dialect.as_ref().is_some_and(|dialect| dialect.headless) {
+            return format!(
+                "the file has no header line, so no column {wanted}: say what its columns ({listed}) hold, for example with \
+                 --columns \"t_ms=c1,u_v=c2,omega_rad_s=c3\", or put such names above them"
+            );
+        }
         match near {
             Some((_, name)) => format!(
-                "{headless}no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
+                "no column {wanted}: `{name}` has an unknown unit or spelling; rename it or use --columns (header: {listed})"
             ),
             None => format!(
-                "{headless}no column {wanted}; rename one or use --columns, which `truing look` helps with (header: {listed})"
+                "no column {wanted}; rename one or use --columns, which `truing look` helps with (header: {listed})"
             ),
         }
     }
