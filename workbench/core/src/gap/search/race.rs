@@ -191,7 +191,7 @@ impl<'a> Search<'a, '_> {
         field[..ranked].sort_by_key(beyond);
         let near = field[..ranked].iter().filter(|it| !beyond(it)).count();
         field[near..].sort_by(|a, b| a.it.predicted_cost.total_cmp(&b.it.predicted_cost));
-        let most = if self.offer == Offer::All { 1 } else { PROMISING };
+        let most = if self.offer == Offer::All && near > 0 { 1 } else { PROMISING };
         near + field[near..].iter().take(most).filter(|it| it.it.predicted_cost < reached).count()
     }
 
