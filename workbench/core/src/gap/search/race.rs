@@ -16,11 +16,11 @@ use crate::system::effects::{Effect, LIBRARY};
 use crate::system::threads::*;
 use std::borrow::{Borrow, BorrowMut};
 
-/// Candidates that are fitted for two iterations, of those with the lowest predicted cost. Origin: 1,000 drawn cases were also searched with
-/// every candidate fitted to the end. Of 1,098 names that won a round, one was predicted further behind, beside three wrong ones.
-const FIRST_ROUND: usize = 30;
-/// Candidates that are fitted up to eight iterations. Origin: of those 1,098 names ten stood further behind after two iterations, and none of
-/// their cases lost its name.
+/// Candidates that are fitted for two iterations, of those with the lowest predicted cost. Origin: a budget of
+/// computing time, not a threshold: half of it changes no case of 26, 15 lose a pair of 16.
+const FIRST_ROUND: usize = 40;
+/// Candidates that are fitted up to eight iterations. A budget of computing time, chosen by judgement; its
+/// sensitivity was not measured.
 const SECOND_ROUND: usize = 7;
 /// Candidates that are fitted to the end. A budget of computing time, chosen by judgement; its sensitivity was not
 /// measured.
@@ -31,10 +31,9 @@ const EVOLVED: usize = 3;
 /// A round is fitted only if a start promises this part of what a name must gain: the linear prediction of a gain is
 /// often several times too low. Chosen by judgement; its sensitivity was not measured.
 const LEAST_PREDICTED_GAIN: f64 = 0.3;
-/// They must have gained this part of what the best has gained. Origin: of those 1,098 names none among the best seven had less.
-const WITHIN_REACH: f64 = 0.1;
-/// Others that are fitted on all the same: those that still promise more than the best has reached. Two iterations are too few for a
-/// phase. Chosen by judgement; not studied.
+/// Candidates beyond [`SECOND_ROUND`] that are fitted on all the same where the gap is measured by shares: those that
+/// still promise more than the best has reached. Two iterations are too few for a phase. Chosen by judgement; not
+/// studied.
 const PROMISING: usize = 7;
 
 /// Starts that are simulated in lock-step: a multiple of what any processor advances at once. More would only cost
@@ -156,7 +155,7 @@ impl<'a> Search<'a, '_> {
         });
         let mut field: Vec<Entered<'a>> = first.collect();
         rank(&mut field);
-        let second = self.second_round(&mut field, beam[0].fit.cost);
+        let second = self.second_round(&mut field);
         let again = |Entered { it, scored }: &Entered<'a>| {
             let other = it.starts.get(1).map(|x| near(it, x, &lasting(3)));
             let on = match other {
@@ -165,7 +164,7 @@ impl<'a> Search<'a, '_> {
             };
             self.refit(&on, &lasting(5))
         };
-        let mut near_best: Vec<Scored<'a>> = of_each(&field[..second], again);
+        let mut near_best: Vec<Scored<'a>> = of_each(&field[..second.min(field.len())], again);
         rank(&mut near_best);
         for evolved in self.evolved(&near_best, &field, beam, onto) {
             near_best.retain(|other| {
@@ -182,17 +181,17 @@ impl<'a> Search<'a, '_> {
         near_best
     }
 
-    /// How many candidates are fitted on, moved to the front: those with the best rank that are within reach of the best, and those
-    /// that still promise more than it has reached. `standing`: the cost without them.
-    fn second_round(&self, field: &mut [Entered<'a>], standing: f64) -> usize {
-        let reached = field.iter().map(|it| it.scored.fit.cost).fold(standing, f64::min);
-        let beyond = |it: &Entered| standing - it.scored.fit.cost < WITHIN_REACH * (standing - reached);
-        let ranked = field.len().min(SECOND_ROUND);
-        field[..ranked].sort_by_key(beyond);
-        let near = field[..ranked].iter().filter(|it| !beyond(it)).count();
-        field[near..].sort_by(|a, b| a.it.predicted_cost.total_cmp(&b.it.predicted_cost));
-        let most = if self.offer == Offer::All && near > 0 { 1 } else { PROMISING };
-        near + field[near..].iter().take(most).filter(|it| it.it.predicted_cost < reached).count()
+    /// How many candidates are fitted on: those with the best rank, and where the gap is measured by shares also those, moved up
+    /// behind them, that still promise more than the best has reached.
+    fn second_round(&self, field: &mut [Entered<'a>]) -> usize {
+        if self.offer == Offer::All || field.len() <= SECOND_ROUND {
+            return SECOND_ROUND;
+        }
+        let reached = field[0].scored.fit.cost;
+        let promising = |entered: &Entered| entered.it.predicted_cost < reached;
+        field[SECOND_ROUND..].sort_by_key(|entered| !promising(entered));
+        let more = field[SECOND_ROUND..].iter().take(PROMISING);
+        SECOND_ROUND + more.filter(|entered| promising(entered)).count()
     }
 
     /// The candidates with a rugged cost that promise most, evolved, if nothing that was fitted explains all.
