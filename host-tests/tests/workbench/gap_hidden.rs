@@ -57,12 +57,11 @@ fn protocol(seed: u64) -> Vec<Row> {
 
 /// A log as a rig would have written it.
 fn recorded(motor: &Motor, seed: u64) -> Dynamic {
-    logged(&mut Simulator::new(motor.clone(), 1e-7, seed), seed)
+    logged(&mut Simulator::new(motor.clone(), 1e-7, seed), protocol(seed), seed)
 }
 
 /// The same of a motor that has run before.
-fn logged(simulator: &mut Simulator, seed: u64) -> Dynamic {
-    let rows = protocol(seed);
+fn logged(simulator: &mut Simulator, rows: Vec<Row>, seed: u64) -> Dynamic {
     let truth = simulate(simulator, &rows, Window { seconds: 4.0 * TICK, causal: false }, false);
     let mut rng = ChaCha8Rng::seed_from_u64(seed + 1000);
     let noise = Normal::new(0.0, SIGMA).unwrap();
@@ -151,7 +150,7 @@ fn a_winding_that_is_warm_when_the_log_begins_is_no_gap() {
             simulator.run(Command::Volts(volts), Bridge::Driven, 0.02);
         }
         simulator.run(Command::Volts(0.0), Bridge::Driven, 0.5);
-        (0.01 * simulator.state()[state::HEAT], logged(&mut simulator, seed))
+        (0.01 * simulator.state()[state::HEAT], logged(&mut simulator, protocol(seed), seed))
     };
     let ((rise, log), (_, holdout)) = (warmed(25), warmed(26));
     assert!((0.2..0.5).contains(&rise), "{rise}");
@@ -306,6 +305,21 @@ fn a_base_parameter_that_a_further_effect_puts_right_is_dropped() {
     named.sort_unstable();
     assert_eq!((outcome.verdict, named), (Verdict::Named, vec!["inertia", "kt_saturation"]));
     closes(&outcome);
+}
+
+/// Driven by one voltage alone a friction looks like a wrong constant of the motor, and what is said says so. A stop tells them apart.
+#[test]
+fn one_level_of_the_input_tells_no_friction_from_a_gain() {
+    let hidden = Motor { friction: Friction::coulomb(0.004), ..motor() };
+    for stops in [false, true] {
+        let volts = |k: usize| if k < 100 || stops && k > ROWS / 2 { 0.0 } else { 9.0 };
+        let row = |k| Row { t: k as f64 * TICK, command: Command::Volts(volts(k)), bridge: Bridge::Driven };
+        let log = logged(&mut Simulator::new(hidden.clone(), 1e-7, 98), (0..ROWS).map(row).collect(), 98);
+        let outcome = gap::run(&nominal(), &log, &[], &Options::default(), &|_| {}).unwrap();
+        let said = outcome.notes.iter().any(|note| note.contains("moves under one input only, 9 V"));
+        let found = if stops { Verdict::Named } else { Verdict::NothingMissing };
+        assert_eq!((outcome.verdict, said), (found, !stops), "{:?} {:?}", names(&outcome), outcome.notes);
+    }
 }
 
 #[test]

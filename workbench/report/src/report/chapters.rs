@@ -31,7 +31,7 @@ fn verdict(outcome: &Outcome) -> Markup {
                     (tile("gap as given", &format!("{} {}", format::gap(held.rmse_before), outcome.gap_unit)))
                     (tile("gap now", &format!("{} {}", format::gap(held.rmse_after), outcome.gap_unit)))
                     (tile("noise floor", &format!("{} {}", format::gap(held.noise_floor), outcome.gap_unit)))
-                    (tile("fit, held out", &format!("{} → {}", format::fit(held.fit_percent_before), format::fit(held.fit_percent_after))))
+                    (tile("fit, held out", &format!("{} → {}{}", format::fit(held.fit_percent_before), format::fit(held.fit_percent_after), format::allowed(held))))
                     @if let Some(position) = &outcome.position { (tile(format::POSITION, &format::position(position))) }
                     @if let Some(last) = &outcome.final_records {
                         (tile("fit, records that chose nothing", &format!("{} → {}", format::fit(last.fit_percent_before), format::fit(last.fit_percent_after))))

@@ -3,8 +3,8 @@
 use servo::axis::Bridge;
 use truing_core::outcome::volts;
 use truing_core::outcome::{
-    Contradiction, DEVIATIONS, DataFault, Experiment, Grade, NamedEffect, Outcome, PositionGap, Segment,
-    Shift, Tie, UnnamedTerm, Value, Verdict,
+    Contradiction, DEVIATIONS, DataFault, Experiment, Grade, HoldOut, NamedEffect, Outcome, PositionGap,
+    Segment, Shift, Tie, UnnamedTerm, Value, Verdict,
 };
 use truing_core::system::effects;
 pub use truing_core::text::figures::{figure, gap, listing, percent, significant};
@@ -12,6 +12,12 @@ pub use truing_core::text::figures::{figure, gap, listing, percent, significant}
 /// A fit in percent.
 pub fn fit(percent: f64) -> String {
     format!("{percent:.2} %")
+}
+
+/// What the noise of held-out data leaves of a fit, said where that is less than half: data that hardly change fit no model.
+pub fn allowed(held: &HoldOut) -> String {
+    let best = 100.0 - (100.0 - held.fit_percent_before) * held.noise_floor / held.rmse_before;
+    if best < 50.0 { format!(" (the noise allows {})", fit(best)) } else { String::new() }
 }
 
 /// The second judge beside a speed.

@@ -92,14 +92,14 @@ fn gap(text: &mut String, outcome: &Outcome) {
     });
     let term = if named.is_some() { " with the term that has no name" } else { "" };
     let named = named.unwrap_or_default();
-    let fits = format!("fit {} → {named}{}{term}", format::fit(before), format::fit(after));
+    let allowed = format::allowed(held);
+    let fits = format!("fit {} → {named}{}{term}{allowed}", format::fit(before), format::fit(after));
     block(text, "", &fits);
     if let Some(position) = &outcome.position {
         block(text, "", &format!("{}: {}", format::POSITION, format::position(position)));
     }
     if let Some(last) = &outcome.final_records {
-        let (before, after) = (last.fit_percent_before, last.fit_percent_after);
-        let (before, after) = (format::fit(before), format::fit(after));
+        let (before, after) = (format::fit(last.fit_percent_before), format::fit(last.fit_percent_after));
         *text += &format!("{:INDENT$}records that chose nothing: fit {before} → {after}\n", "");
     }
 }

@@ -2,6 +2,7 @@
 
 use crate::gap::dataset::{Dataset, speeds};
 use crate::outcome::Outcome;
+use servo::axis::Bridge;
 
 /// Inputs and speeds below this part of the log's largest are counted in no quadrant. Chosen by judgement; not
 /// studied.
@@ -9,62 +10,64 @@ const NEAR_ZERO: f64 = 0.03;
 /// A quadrant with a smaller share of the samples is not tested. Chosen by judgement; not studied.
 const FEWEST: f64 = 0.002;
 
-/// A quadrant of the plane of input and speed.
-struct Quadrant {
-    input: f64,
-    speed: f64,
-    text: &'static str,
-}
+/// Inputs that differ by less than this part of the largest are one level. Chosen by judgement; not studied.
+const ONE_LEVEL: f64 = 0.1;
 
-const QUADRANTS: [Quadrant; 4] = [
-    Quadrant { input: 1.0, speed: 1.0, text: "driving forwards (input > 0, speed > 0)" },
-    Quadrant { input: -1.0, speed: -1.0, text: "driving backwards (input < 0, speed < 0)" },
-    Quadrant { input: -1.0, speed: 1.0, text: "braking against forward motion (input < 0, speed > 0)" },
-    Quadrant { input: 1.0, speed: -1.0, text: "braking against backward motion (input > 0, speed < 0)" },
+/// The quadrants of the plane of input and speed: the signs of both, and what the motor does there.
+const QUADRANTS: [(f64, f64, &str); 4] = [
+    (1.0, 1.0, "driving forwards (input > 0, speed > 0)"),
+    (-1.0, -1.0, "driving backwards (input < 0, speed < 0)"),
+    (-1.0, 1.0, "braking against forward motion (input < 0, speed > 0)"),
+    (1.0, -1.0, "braking against backward motion (input > 0, speed < 0)"),
 ];
 
-/// One note that names the quadrants without data; none if all have some.
+/// Notes that name the quadrants without data, and an input of one level; none if all is there.
 pub fn missing(dataset: &Dataset) -> Vec<String> {
-    let (largest_input, largest_speed) = (dataset.scales.input, dataset.scales.speed);
-    let mut counts = [0usize; 4];
-    let mut samples = 0;
+    let (mut counts, mut samples) = ([0usize; 4], 0);
+    let (mut lowest, mut highest) = (f64::INFINITY, f64::NEG_INFINITY);
     for run in dataset.runs.iter().filter(|run| run.log == 0) {
         samples += run.speed.len();
         let speeds = if dataset.of_position { speeds(run) } else { run.speed.measured.clone() };
         for (block, speed) in run.speed.block.iter().zip(&speeds) {
-            let input = run.input[run.first_row[*block as usize] as usize] / largest_input;
-            let speed = speed / largest_speed;
-            let inside = |quadrant: &Quadrant| {
-                input * quadrant.input > NEAR_ZERO && speed * quadrant.speed > NEAR_ZERO
-            };
-            if let Some(found) = QUADRANTS.iter().position(inside) {
-                counts[found] += 1;
+            let driven = run.bridge[*block as usize] == Bridge::Driven;
+            let input = if driven { run.input[run.first_row[*block as usize] as usize] } else { 0.0 };
+            let (input, speed) = (input / dataset.scales.input, speed / dataset.scales.speed);
+            for (count, (u, omega, _)) in counts.iter_mut().zip(QUADRANTS) {
+                *count += usize::from(input * u > NEAR_ZERO && speed * omega > NEAR_ZERO);
+            }
+            if speed.abs() > NEAR_ZERO {
+                (lowest, highest) = (lowest.min(input), highest.max(input));
             }
         }
     }
     let few = |count: usize| (count as f64) < FEWEST * samples as f64;
-    let empty: Vec<&str> = QUADRANTS
-        .iter()
-        .zip(counts)
-        .filter(|(_, count)| few(*count))
-        .map(|(quadrant, _)| quadrant.text)
-        .collect();
-    if empty.is_empty() {
-        return Vec::new();
-    }
-    vec![format!("the log has no data of {}: what acts only there is not tested", empty.join(", nor of "))]
+    let empty = QUADRANTS.iter().zip(counts).filter(|(_, count)| few(*count)).map(|(quadrant, _)| quadrant.2);
+    let empty = empty.collect::<Vec<&str>>().join(", nor of ");
+    let quadrants = format!("the log has no data of {empty}: what acts only there is not tested");
+    let level = format!(
+        "the log moves under one input only, {} {}: friction and a wrong gain look alike there, other levels tell them apart",
+        crate::text::figures::figure(dataset.scales.input * highest),
+        dataset.input.unit()
+    );
+    let one = moves(dataset) && (0.0..ONE_LEVEL).contains(&(highest - lowest));
+    let said = [(!empty.is_empty(), quadrants), (one, level)];
+    said.into_iter().filter_map(|(so, note)| so.then_some(note)).collect()
 }
 
 /// A log whose speeds stay below this part of what its input could reach does not move. Chosen by judgement; not
 /// studied.
 const SMALLEST_MOTION: f64 = 0.005;
 
+/// True if more moves than noise.
+fn moves(dataset: &Dataset) -> bool {
+    // Rounding of one step alone spreads over some three σ. Chosen by judgement; not studied.
+    let range = dataset.range() > 5.0 * dataset.sigma;
+    range && dataset.scales.motion > SMALLEST_MOTION * dataset.scales.reachable
+}
+
 /// If nothing moves, nothing can be tested.
 pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
-    let scales = &dataset.scales;
-    // Rounding of one step alone spreads over some three σ. Chosen by judgement; not studied.
-    let moves = dataset.range() > 5.0 * dataset.sigma && scales.motion > SMALLEST_MOTION * scales.reachable;
-    (!moves).then(|| Outcome {
+    (!moves(dataset)).then(|| Outcome {
         notes: still(dataset),
         ..Outcome::untested(dataset.signal, dataset.sigma, dataset.unit())
     })
@@ -74,13 +77,9 @@ pub fn not_excited(dataset: &Dataset) -> Option<Outcome> {
 fn still(dataset: &Dataset) -> Vec<String> {
     let mut notes = [dataset.notes.clone(), missing(dataset)].concat();
     // Noise alone would change a reading.
-    let silent = match dataset.scales.motion > 0.0 {
-        true => String::new(),
-        false => format!(
-            " ({} has one value in every row: is the encoder connected, and is it the right column?)",
-            dataset.signal
-        ),
-    };
+    let asked = "has one value in every row: is the encoder connected, and is it the right column?";
+    let silent =
+        if dataset.scales.motion > 0.0 { String::new() } else { format!(" ({} {asked})", dataset.signal) };
     notes.push(format!(
         "the log never moves{silent}: drive the axis in both directions with more than {} {}",
         crate::text::figures::figure(dataset.scales.input),

@@ -18,7 +18,7 @@ use crate::system::model::Model;
 use crate::system::threads::*;
 use std::collections::BTreeMap;
 
-/// Numbers that moved get a curve of their own where they make the held-out gap so many times smaller: less is not
+/// Numbers that moved beside no name get a step and a curve of their own where they make the held-out gap so many times smaller: less is not
 /// seen. Chosen by judgement; not studied.
 const MOVED: f64 = 0.9;
 
@@ -193,7 +193,10 @@ fn steps(given: &Given, best: &Scored) -> Vec<Step> {
         let gap = given.gap_of(set.as_ref().unwrap_or(best));
         Step { label: format!("+ {}", items[count - 1].effect.name), gap }
     });
-    std::iter::once(first).chain(further).collect()
+    let moved =
+        items.is_empty().then(|| Step { label: "with its numbers moved".into(), gap: given.gap_of(best) });
+    let moved = moved.filter(|step| step.gap < MOVED * first.gap);
+    std::iter::once(first).chain(moved).chain(further).collect()
 }
 
 /// The accepted effects with their parameters and uncertainties.
