@@ -55,7 +55,7 @@ pub struct Arguments {
     /// Use design seeds: to look at single cases while building.
     #[arg(long)]
     design: bool,
-    /// The model files say `fitted_to_log`: the search goes by shares, as on a measured rig.
+    /// The model files say `fitted_to_log`: where no names reach the noise they go by shares, as on a measured rig.
     #[arg(long)]
     fitted: bool,
     /// Cases at once. CPU times are those of a case with 1.

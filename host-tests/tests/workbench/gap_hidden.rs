@@ -8,6 +8,7 @@ use servo::axis::Bridge;
 use truing::gap::fit::hypothesis::{Hypothesis, Item};
 use truing::gap::{self, Options};
 use truing::outcome::{Grade, Outcome, Verdict};
+use truing::report::{Exporter, terminal::Terminal};
 use truing::synthetic::reference_plant::record::{Row, Window, simulate};
 use truing::synthetic::reference_plant::state;
 use truing::synthetic::reference_plant::{
@@ -307,7 +308,8 @@ fn a_base_parameter_that_a_further_effect_puts_right_is_dropped() {
     closes(&outcome);
 }
 
-/// Driven by one voltage alone a friction looks like a wrong constant of the motor, and what is said says so. A stop tells them apart.
+/// Driven by one voltage alone a friction looks like a wrong constant of the motor, and what is said says so: the gap that the constants
+/// leave once they have moved, and how little of a fit the noise of one speed allows. A stop tells them apart.
 #[test]
 fn one_level_of_the_input_tells_no_friction_from_a_gain() {
     let hidden = Motor { friction: Friction::coulomb(0.004), ..motor() };
@@ -319,6 +321,10 @@ fn one_level_of_the_input_tells_no_friction_from_a_gain() {
         let said = outcome.notes.iter().any(|note| note.contains("moves under one input only, 9 V"));
         let found = if stops { Verdict::Named } else { Verdict::NothingMissing };
         assert_eq!((outcome.verdict, said), (found, !stops), "{:?} {:?}", names(&outcome), outcome.notes);
+        let text = Terminal.export(&outcome).unwrap();
+        for piece in ["with its numbers moved", "(the noise allows "] {
+            assert_eq!(text.contains(piece), !stops, "{piece} in\n{text}");
+        }
     }
 }
 

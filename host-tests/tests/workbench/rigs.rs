@@ -38,7 +38,7 @@ fn indistinct(outcome: &Outcome) -> Vec<&str> {
 }
 
 /// The rigs whose search takes longest; they are judged in `cargo xtask test --all`.
-const LONG: [&str; 2] = ["eagle_swerve", "odrive_cog"];
+const LONG: [&str; 5] = ["andromeda_drive", "eagle_swerve", "odrive_cog", "sar_micro", "sar_so"];
 
 /// Friction of the shaft and dead zone of the drive are one question: where one richer name leaves as little, it is said alone.
 fn said_twice(outcome: &Outcome) -> bool {

@@ -131,11 +131,10 @@ fn of_time(time: &Time) -> String {
         1 => format!("one gap of {} s", short(time.longest_s)),
         gaps => format!("{gaps} gaps, the longest of {} s", short(time.longest_s)),
     };
+    let jitter = significant((1e4 * time.jitter).round() / 100.0);
+    let (seconds, rate) = (short(time.seconds), significant(time.rate_hz));
     format!(
-        "{records}, {} s together, {} rows a second, steps even within ±{}\u{a0}%, {gaps}",
-        short(time.seconds),
-        significant(time.rate_hz),
-        significant((1e4 * time.jitter).round() / 100.0)
+        "{records}, {seconds} s together, {rate} rows a second, steps even within ±{jitter}\u{a0}%, {gaps}"
     )
 }
 

@@ -33,7 +33,7 @@ pub struct Arguments {
     /// Only the kinds whose name contains this.
     #[arg(long, default_value = "")]
     kind: String,
-    /// The model files say `fitted_to_log`: the search goes by shares, as on a measured rig.
+    /// The model files say `fitted_to_log`: where no names reach the noise they go by shares, as on a measured rig.
     #[arg(long)]
     fitted: bool,
     /// Run the workflow again on the extended model: it must find nothing more.

@@ -179,10 +179,8 @@ fn motion(log: &RunLog, record: &Record) -> String {
     match record.activity {
         Activity::Tracking | Activity::Holding => {
             let set_point = log.rad(log.reference(record));
-            format!(
-                "set-point {set_point:9.4} rad   position {position:9.4} rad   error {:8.4} rad",
-                set_point - position
-            )
+            let error = set_point - position;
+            format!("set-point {set_point:9.4} rad   position {position:9.4} rad   error {error:8.4} rad")
         }
         _ => format!("set-point         - rad   position {position:9.4} rad"),
     }

@@ -91,13 +91,8 @@ impl Measure {
         // The first unit of a speed is what is meant without one.
         let without = || named(self.si).filter(|_| plain.is_empty());
         named(&plain).or_else(without).or_else(of_si).ok_or_else(|| {
-            let known: Vec<&str> = self.others.iter().map(|other| other.0).collect();
-            format!(
-                "the unit \"{}\" is not known; write {} or one of {}",
-                unit.trim(),
-                self.si,
-                known.join(", ")
-            )
+            let known = self.others.iter().map(|other| other.0).collect::<Vec<&str>>().join(", ");
+            format!("the unit \"{}\" is not known; write {} or one of {known}", unit.trim(), self.si)
         })
     }
 }

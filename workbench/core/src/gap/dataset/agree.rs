@@ -25,11 +25,8 @@ pub(super) fn agree(model: &Model, log: &Dynamic, holdouts: &[&Dynamic]) -> Resu
     }
     for other in holdouts {
         if (other.input, other.linear) != (log.input, log.linear) {
-            let what = format!(
-                "has other columns than {source} (input {} against {})",
-                other.input.column(),
-                log.input.column()
-            );
+            let [ours, theirs] = [log, other].map(|it| it.input.column());
+            let what = format!("has other columns than {source} (input {theirs} against {ours})");
             return Err(InputError::file(&other.source, what));
         }
         if reads(log) && same(log, other) {

@@ -5,7 +5,7 @@ use super::folds::{self, mask_spikes};
 use super::noise::hf_noise;
 use super::observation::{Observation, bench_run};
 use super::position::{self, start_from_position};
-use super::rows::{on_its_grid, unbroken};
+use super::rows::{even_rows, unbroken};
 use super::start::start_speed;
 use super::stretches::Stretches;
 use super::{Dataset, GridRun, Probes, Scales, driven_by};
@@ -83,8 +83,10 @@ impl<'a> Gridded<'a> {
             let logs = std::iter::once(&log).chain(others).enumerate();
             let mut runs = Vec::new();
             for (index, source) in logs {
-                let whole =
-                    source.runs.iter().flat_map(|run| unbroken(&on_its_grid(run), scales.time, &mut notes));
+                let whole = source
+                    .runs
+                    .iter()
+                    .flat_map(|run| unbroken(&even_rows(run.clone()), scales.time, &mut notes));
                 runs.extend(whole.map(|run| bench_run(&run, index, observation)));
             }
             return Self { runs, stretches, searched: None, evenly: None, notes };

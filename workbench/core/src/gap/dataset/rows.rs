@@ -21,22 +21,13 @@ pub(super) fn unbroken_rows(run: &Run, time_constant: f64, notes: &mut Vec<Strin
     let pieces: Vec<Range<usize>> =
         cuts.windows(2).filter(|cut| cut[1] - cut[0] >= 8).map(|cut| cut[0]..cut[1]).collect();
     if cuts.len() > 2 {
-        notes.push(format!(
-            "run {}: {} gaps in time; it is analysed in {} pieces",
-            run.id,
-            cuts.len() - 2,
-            pieces.len()
-        ));
+        let (id, gaps, count) = (run.id, cuts.len() - 2, pieces.len());
+        notes.push(format!("run {id}: {gaps} gaps in time; it is analysed in {count} pieces"));
     }
     pieces
 }
 
 /// Time stamps that a file rounded go back on their even grid; a real jitter stays as it is.
-pub(super) fn on_its_grid(run: &Run) -> Run {
-    even_rows(run.clone())
-}
-
-/// The same for a run that nobody else needs.
 pub(super) fn even_rows(mut run: Run) -> Run {
     let last = run.rows() - 1;
     let (start, step) = (run.t_s[0], (run.t_s[last] - run.t_s[0]) / last as f64);

@@ -103,7 +103,7 @@ impl GridRun {
         let with_position = placed && !self.position.is_empty();
         let none = state.theta.like(0.0);
         let (mut charge, mut steps) = (none, 0);
-        traces.record(0, &state, charge, keep);
+        traces.record(0, &state, state.current, charge, keep);
         for k in 0..self.blocks() {
             let (start, length) = (self.time[k], self.time[k + 1] - self.time[k]);
             let pieces = pieces(length, longest);
@@ -120,7 +120,12 @@ impl GridRun {
                 charge = charge + state.mean_current * h;
                 mean = mean + applied;
             }
-            traces.record(k + 1, &state, charge, keep);
+            let driven = plant.drive == Drive::Voltage && self.bridge[k] == Bridge::Driven;
+            let current = match input.beyond(none, k) {
+                Some(beyond) if driven => (state.current + beyond).within(plant.current_limit),
+                _ => state.current,
+            };
+            traces.record(k + 1, &state, current, charge, keep);
             if keep == Keep::All {
                 traces.applied[k] = mean.lane(0) / pieces;
             }
@@ -216,7 +221,7 @@ impl Traces {
     }
 
     #[inline(always)]
-    fn record<F: Lanes>(&mut self, point: usize, state: &State<F>, charge: F, keep: Keep) {
+    fn record<F: Lanes>(&mut self, point: usize, state: &State<F>, current: F, charge: F, keep: Keep) {
         let at = point * F::COUNT;
         state.reading.store(&mut self.reading[at..]);
         state.reading_integral.store(&mut self.integral[at..]);
@@ -224,7 +229,7 @@ impl Traces {
             state.omega.store(&mut self.omega[at..]);
         }
         if keep != (Keep::Sensed { current: false }) {
-            state.current.store(&mut self.current[at..]);
+            current.store(&mut self.current[at..]);
             charge.store(&mut self.charge[at..]);
         }
     }

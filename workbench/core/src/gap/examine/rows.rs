@@ -63,9 +63,9 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
     if let Some(copies) = repeated(record).filter(|copies| !copies.old) {
         let rows = copies.rows;
         let copy = |run, row| -f64::from(rows.binary_search(&(run, row)).is_ok());
+        let count = rows.len();
         let what = format!(
-            "rows are doubled and t_s goes on: {} rows repeat the one before although the shaft turns",
-            rows.len()
+            "rows are doubled and t_s goes on: {count} rows repeat the one before although the shaft turns"
         );
         let remedy = "remove the rows that repeat, or log the time of each row";
         return Some(super::fault(place, what, remedy, mended(model, record, &copy)?));
@@ -74,11 +74,9 @@ pub fn fault(model: &Model, record: &Dynamic) -> Option<DataFault> {
     let lost = lost(&steps)?;
     let longer =
         |run: usize, row: usize| lost.iter().find(|it| (it.0, it.1) == (run, row)).map_or(0.0, |it| it.2);
+    let (count, places, row) = (lost.len(), steps.len(), lost[0].1 + 1);
     let what = format!(
-        "rows are missing and t_s does not show it: in {} of {} places the shaft goes on by two or three rows, first behind row {}",
-        lost.len(),
-        steps.len(),
-        lost[0].1 + 1
+        "rows are missing and t_s does not show it: in {count} of {places} places the shaft goes on by two or three rows, first behind row {row}"
     );
     let explained = mended(model, record, &longer)?;
     Some(super::fault(place, what, "log the time of each row with the row", explained))

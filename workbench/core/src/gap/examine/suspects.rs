@@ -136,11 +136,8 @@ pub fn of_any_size(record: &Dynamic, found: f64) -> Suspect {
         "electrical turns of a motor with pole pairs, an encoder on the fast side of a gear, counts of an encoder for radians, or another unit".into()
     };
     let what = format!("{column} is {} times what the model says: {cause}", figure(found));
-    let remedy = format!(
-        "{} if so; else check the units of {} and of the model's keys",
-        record.names.times(column, 1.0 / found),
-        record.input.column()
-    );
+    let (mended, input) = (record.names.times(column, 1.0 / found), record.input.column());
+    let remedy = format!("{mended} if so; else check the units of {input} and of the model's keys");
     Suspect { any_size: true, ..Suspect::new(column, what, remedy, 1.0, 1.0) }
 }
 

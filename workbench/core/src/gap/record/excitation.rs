@@ -2,6 +2,7 @@
 
 use crate::gap::dataset::{Dataset, speeds};
 use crate::outcome::Outcome;
+use crate::text::figures::figure;
 use servo::axis::Bridge;
 
 /// Inputs and speeds below this part of the log's largest are counted in no quadrant. Chosen by judgement; not
@@ -44,10 +45,9 @@ pub fn missing(dataset: &Dataset) -> Vec<String> {
     let empty = QUADRANTS.iter().zip(counts).filter(|(_, count)| few(*count)).map(|(quadrant, _)| quadrant.2);
     let empty = empty.collect::<Vec<&str>>().join(", nor of ");
     let quadrants = format!("the log has no data of {empty}: what acts only there is not tested");
+    let (input, unit) = (figure(dataset.scales.input * highest), dataset.input.unit());
     let level = format!(
-        "the log moves under one input only, {} {}: friction and a wrong gain look alike there, other levels tell them apart",
-        crate::text::figures::figure(dataset.scales.input * highest),
-        dataset.input.unit()
+        "the log moves under one input only, {input} {unit}: friction and a wrong gain look alike there, other levels tell them apart"
     );
     let one = moves(dataset) && (0.0..ONE_LEVEL).contains(&(highest - lowest));
     let said = [(!empty.is_empty(), quadrants), (one, level)];
@@ -80,10 +80,9 @@ fn still(dataset: &Dataset) -> Vec<String> {
     let asked = "has one value in every row: is the encoder connected, and is it the right column?";
     let silent =
         if dataset.scales.motion > 0.0 { String::new() } else { format!(" ({} {asked})", dataset.signal) };
+    let (input, unit) = (figure(dataset.scales.input), dataset.input.unit());
     notes.push(format!(
-        "the log never moves{silent}: drive the axis in both directions with more than {} {}",
-        crate::text::figures::figure(dataset.scales.input),
-        dataset.input.unit()
+        "the log never moves{silent}: drive the axis in both directions with more than {input} {unit}"
     ));
     notes
 }

@@ -128,7 +128,7 @@ impl Evidence<'_> {
             format!("{list} {is} not known: start values come from {seen}, and are fitted with a wide prior");
         said += split.kind.map_or("", |kind| if kind == DRIVEN_DIRECTLY { DIRECTLY } else { PRODUCTS });
         if split.fit {
-            said += ". Every number is the log's own, as fitted_to_log = true says: names are judged by the share of the gap that they remove";
+            said += ". Every number is the log's own, as fitted_to_log = true says: names that do not reach the noise are judged by the share of the gap that they remove";
         }
         for more in &split.notes {
             said += &format!(". {more}");

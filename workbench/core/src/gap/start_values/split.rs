@@ -155,9 +155,9 @@ fn as_first_order(draft: &Draft, line: &Line, log: &Log) -> Result<Split, InputE
     let torque =
         model.known.iter().find(|known| known.effect.parameters.iter().any(|it| it.unit.contains("N m")));
     if let Some(known) = torque {
+        let name = known.effect.name;
         let what = format!(
-            "[known.{}] states a torque, but R_ohm, Kt_nm_per_a and J_kgm2 are not known well enough to say what it does; state two of them",
-            known.effect.name
+            "[known.{name}] states a torque, but R_ohm, Kt_nm_per_a and J_kgm2 are not known well enough to say what it does; state two of them"
         );
         return Err(InputError::file(&model.source, what));
     }

@@ -5,6 +5,7 @@ use super::rivals::Replacement;
 use super::separate::{self, Contrast};
 use super::speed_unit::SpeedUnit;
 use crate::outcome::*;
+use crate::text::figures::figure;
 
 impl Case<'_> {
     /// The ties, each with the contrast that separates its first rivals.
@@ -29,18 +30,19 @@ impl Case<'_> {
 
 /// By what each rival is told from the accepted name, and how far apart they would be.
 fn separation(contrasts: &[(String, Contrast)], noise: f64, unit: SpeedUnit) -> String {
-    let one = |(rival, c): &(String, Contrast)| match c.visible_in_speed(noise) {
-        true => format!(
-            "from {rival} by the speed over time in {} (up to {} apart)",
-            c.protocol.name,
-            unit.text(c.speed_rad_s)
-        ),
-        false if c.current_a > 1e-3 => format!(
-            "from {rival} by the winding current in {} (up to {} A apart, while the speeds agree)",
-            c.protocol.name,
-            crate::text::figures::figure(c.current_a)
-        ),
-        false => format!("from {rival} by nothing that speed and current show: inspect the parts themselves"),
+    let one = |(rival, c): &(String, Contrast)| {
+        let (protocol, speed, current) = (&c.protocol.name, unit.text(c.speed_rad_s), figure(c.current_a));
+        match c.visible_in_speed(noise) {
+            true => format!("from {rival} by the speed over time in {protocol} (up to {speed} apart)"),
+            false if c.current_a > 1e-3 => {
+                format!(
+                    "from {rival} by the winding current in {protocol} (up to {current} A apart, while the speeds agree)"
+                )
+            }
+            false => {
+                format!("from {rival} by nothing that speed and current show: inspect the parts themselves")
+            }
+        }
     };
     contrasts.iter().map(one).collect::<Vec<_>>().join("; ")
 }
@@ -48,10 +50,7 @@ fn separation(contrasts: &[(String, Contrast)], noise: f64, unit: SpeedUnit) -> 
 /// The experiment of the first tie that one can separate; another tie is often separated by the same run.
 pub(super) fn next(ties: &[(Tie, Option<Contrast>)]) -> Option<Experiment> {
     let (tie, contrast) = ties.iter().find_map(|(t, c)| Some((t, c.as_ref()?)))?;
-    let rivals: Vec<String> = tie.rivals.iter().map(|r| r.join(" + ")).collect();
-    let why = format!(
-        "It tells {} apart. Log speed over time, and the winding current if you can.",
-        rivals.join(", ")
-    );
+    let rivals = tie.rivals.iter().map(|r| r.join(" + ")).collect::<Vec<String>>().join(", ");
+    let why = format!("It tells {rivals} apart. Log speed over time, and the winding current if you can.");
     Some(Experiment::new(why, contrast.protocol.profile.clone(), "V"))
 }

@@ -172,10 +172,9 @@ impl Columns {
                 continue;
             }
             if let Some(twice) = plan.origin(quantity) {
+                let (first, ours) = (&twice.name, name_of(quantity, unit));
                 let what = format!(
-                    "columns `{}` and `{name}` hold the same quantity; choose one with --columns \"{}={name}\"",
-                    twice.name,
-                    name_of(quantity, unit)
+                    "columns `{first}` and `{name}` hold the same quantity; choose one with --columns \"{ours}={name}\""
                 );
                 return Err(cells.wrong_names(source, what));
             }

@@ -156,12 +156,8 @@ impl Desk<'_> {
             (_, true) => "t_ms",
             (_, false) => "t_s",
         };
-        let why = format!(
-            "{} is the time, and its rows are mostly {} apart, as if in {}",
-            self.seen(&found),
-            short(extent.step),
-            ours.trim_start_matches("t_")
-        );
+        let (seen, step, unit) = (self.seen(&found), short(extent.step), ours.trim_start_matches("t_"));
+        let why = format!("{seen} is the time, and its rows are mostly {step} apart, as if in {unit}");
         Some(self.proposal(ours, index, "", why))
     }
 
@@ -282,9 +278,9 @@ impl Desk<'_> {
                 self.proposal(ours, *index, "", why)
             }
             (None, Some((Measure::Counts, _))) if self.name(*index).to_lowercase().contains("erpm") => {
+                let seen = self.seen(&speed);
                 let why = format!(
-                    "{} is an electrical speed (put the pole pairs of the motor in place of {USUAL_POLE_PAIRS})",
-                    self.seen(&speed)
+                    "{seen} is an electrical speed (put the pole pairs of the motor in place of {USUAL_POLE_PAIRS})"
                 );
                 self.proposal("omega_rpm", *index, &format!("/{USUAL_POLE_PAIRS}"), why)
             }
@@ -295,10 +291,9 @@ impl Desk<'_> {
                 let rpm = extent.most() > RATHER_RPM;
                 let (ours, other) =
                     if rpm { ("omega_rpm", "omega_rad_s") } else { ("omega_rad_s", "omega_rpm") };
+                let (seen, name) = (self.seen(&speed), spelled(self.name(*index)));
                 let why = format!(
-                    "{} is a speed without a unit, guessed as {ours} (else write {other}={})",
-                    self.seen(&speed),
-                    spelled(self.name(*index))
+                    "{seen} is a speed without a unit, guessed as {ours} (else write {other}={name})"
                 );
                 self.proposal(ours, *index, "", why)
             }
@@ -324,9 +319,9 @@ impl Desk<'_> {
         if extent.whole || meaning.unit.is_some_and(|unit| unit.0 == Measure::Counts) {
             return Some(self.counts("theta_rev", *index, &self.seen(&position), ""));
         }
+        let seen = self.seen(&position);
         let why = format!(
-            "{} is a position without a unit, guessed as theta_rad (else write theta_deg or q_mm)",
-            self.seen(&position)
+            "{seen} is a position without a unit, guessed as theta_rad (else write theta_deg or q_mm)"
         );
         Some(self.proposal("theta_rad", *index, "", why))
     }

@@ -137,10 +137,9 @@ impl<'a> Sheet<'a> {
         let known = || self.supply_v.map(|supply| vec![supply; duty.len()]);
         let supply = logged.or_else(known).ok_or_else(|| self.lacks("vbus_v, which `duty` needs,"))?;
         if let Some(row) = supply.iter().position(|volts| *volts <= 0.0) {
-            let what = format!(
-                "column vbus_v: {} V is no supply, which `duty` needs; state it in volts",
-                supply[row]
-            );
+            let volts = supply[row];
+            let what =
+                format!("column vbus_v: {volts} V is no supply, which `duty` needs; state it in volts");
             return Err(self.wrong(row, what));
         }
         if let Some(row) = duty.iter().position(|d| d.abs() > 1.0 + 1e-6) {
@@ -239,12 +238,10 @@ impl<'a> Sheet<'a> {
         let most = bridging::MOST * run.rows() as f64;
         let mut found = strays::found(run, input.column(), linear, self.supply_v);
         if let Some(many) = found.iter().find(|it| it.outside && it.count() as f64 > most) {
+            let (column, count, rows, most) =
+                (&many.column, many.count(), run.rows(), 100.0 * bridging::MOST);
             let what = format!(
-                "column {}: {} of {} rows hold values far outside of what the others hold, up to {:.0} % are left out: clean the column",
-                many.column,
-                many.count(),
-                run.rows(),
-                100.0 * bridging::MOST
+                "column {column}: {count} of {rows} rows hold values far outside of what the others hold, up to {most:.0} % are left out: clean the column"
             );
             return Err(self.wrong(at[many.rows[0].start], what));
         }

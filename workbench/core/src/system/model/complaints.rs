@@ -36,10 +36,9 @@ impl<'a> File<'a> {
         if errors.len() > MANY || errors.len() > 1.max(lines / 2) {
             let first = self.text.lines().next().unwrap_or_default();
             let begins: String = first.chars().take(40).collect();
-            let what = format!(
-                "is no model file: {} lines are not TOML (it begins `{begins}`); is it a log?",
-                errors.len()
-            );
+            let count = errors.len();
+            let what =
+                format!("is no model file: {count} lines are not TOML (it begins `{begins}`); is it a log?");
             return Err(InputError::file(self.source, what));
         }
         for error in &errors {

@@ -231,10 +231,11 @@ impl Model {
         stated.copied().unwrap_or(DEFAULT_TOLERANCE)
     }
 
-    /// True if the file says how well each number of the base is known.
-    pub fn weighs_its_numbers(&self) -> bool {
+    /// True if the file says how well each number of the base is known, and not that they are a fit.
+    pub fn is_vouched_for(&self) -> bool {
         let stated = |key: &str| self.tolerances.contains_key(key);
-        stated("default") || self.parameters().iter().all(|(key, _)| stated(key))
+        let known = stated("default") || self.parameters().iter().all(|(key, _)| stated(key));
+        known && !self.fitted_to_log
     }
 
     /// The key under which the file states a number: of one motor constant the one that it has.
