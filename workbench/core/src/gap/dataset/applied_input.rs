@@ -62,8 +62,7 @@ impl AppliedInput {
     #[inline(always)]
     pub(super) fn beyond<F: Lanes>(&self, like: F, block: usize) -> Option<F> {
         match self {
-            Self::Held(_, beyond) if beyond.is_empty() => None,
-            Self::Held(_, beyond) => Some(like.load(&beyond[block * F::COUNT..])),
+            Self::Held(_, beyond) => (!beyond.is_empty()).then(|| like.load(&beyond[block * F::COUNT..])),
             Self::Integrals(sets) => Some(like.of(|set| sets[set.min(sets.len() - 1)].beyond)),
         }
     }
